@@ -1,0 +1,2 @@
+//! The pellicle command.
+fn main() {}

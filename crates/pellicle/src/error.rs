@@ -1,0 +1,73 @@
+//! Why a call failed, by cause: the caller's input, a limit, a cancellation.
+//!
+//! Every message names the element and the bound, and how to get past it. The core never panics on user data and never
+//! prints; file errors live in `pellicle-io`.
+
+/// What went wrong in the core.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter is outside its range.
+    #[error("{name} = {value}: must be {must}")]
+    Parameter {
+        /// The parameter, as named in [`Params`](crate::Params).
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// The range allowed.
+        must: &'static str,
+    },
+    /// A particle's position is NaN or infinite.
+    #[error("particle {index} has the position ({}, {}, {}), which is not finite: remove it, or let the reader drop invalid particles", .position[0], .position[1], .position[2])]
+    NotFinite {
+        /// Index of the particle in the caller's order, from 0.
+        index: usize,
+        /// The position as given.
+        position: [f64; 3],
+    },
+    /// A particle lies outside the lattice: its node indices would not fit.
+    #[error("particle {index} at ({}, {}, {}) lies {cells:.3e} cells from the lattice's origin, the limit is {limit:.3e}: use a larger cell, crop, or remove the stray particle", .position[0], .position[1], .position[2])]
+    OutsideLattice {
+        /// Index of the particle in the caller's order, from 0.
+        index: usize,
+        /// The position as given.
+        position: [f64; 3],
+        /// Its largest distance from the origin along an axis, in cells.
+        cells: f64,
+        /// The largest allowed.
+        limit: f64,
+    },
+    /// Two inputs that belong together have different lengths.
+    #[error("{what} has {found} values, {expected} were expected")]
+    Length {
+        /// What was measured.
+        what: String,
+        /// Values found.
+        found: usize,
+        /// Values expected.
+        expected: usize,
+    },
+    /// The work needs more memory than the caller allows.
+    #[error("{what} needs {needed} bytes, {available} are allowed: raise the memory limit to at least {needed} bytes, or use a larger cell")]
+    Memory {
+        /// What the memory is for.
+        what: &'static str,
+        /// Bytes needed at least.
+        needed: u64,
+        /// Bytes allowed.
+        available: u64,
+    },
+    /// A count exceeds what its index type can hold.
+    #[error("{what}: {needed} are needed, {available} can be indexed: use a larger cell or fewer particles")]
+    Count {
+        /// What was counted.
+        what: &'static str,
+        /// The count.
+        needed: u64,
+        /// The largest count possible.
+        available: u64,
+    },
+    /// The caller cancelled the work by its token.
+    #[error("cancelled")]
+    Cancelled,
+}

@@ -1,0 +1,14 @@
+//! Particles and volumes to surface meshes.
+
+pub mod mesh;
+pub mod particles;
+
+mod error;
+mod params;
+mod progress;
+
+pub use error::Error;
+pub use mesh::{Mesh, VertexAttribute};
+pub use params::{Band, Lanes, Params};
+pub use particles::{Attribute, Positions};
+pub use progress::{CancelToken, Control, Stage};

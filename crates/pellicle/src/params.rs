@@ -1,0 +1,94 @@
+//! What the caller chooses. Lengths are in world units unless a name says otherwise.
+
+use crate::Error;
+
+/// Where the field is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Band {
+    /// Only where the surface can be. The mesh equals that of [`Band::Full`]: tested on real and adversarial data, not
+    /// proven (see `docs/`).
+    #[default]
+    Auto,
+    /// At every node that any particle's support reaches.
+    Full,
+}
+
+/// Which vector unit computes. Every choice gives the same bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lanes {
+    /// The widest that this machine has.
+    #[default]
+    Auto,
+    /// AVX-512 (F, BW, DQ, VL), one register of 16 lanes.
+    Avx512,
+    /// AVX2, two registers of 8 lanes.
+    Avx2,
+    /// Plain Rust on arrays of 16, which the compiler vectorises as it can (NEON on 64-bit Arm).
+    Portable,
+}
+
+/// Parameters of the surface of SPH particles. Radii and factors follow splashsurf, so that its users can switch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Params {
+    /// Particle radius r_p: half of the rest spacing. World units, > 0.
+    pub particle_radius: f64,
+    /// Smoothing length in particle radii; the kernel's support radius is twice it. > 0, default 2 (support 4 r_p).
+    pub smoothing_length: f64,
+    /// Edge of a lattice cell in particle radii. > 0, default 0.5.
+    pub cell_size: f64,
+    /// Isovalue of the colour field: a sample is inside when it is greater. > 0, default 0.6.
+    pub iso: f64,
+    /// Where to evaluate.
+    pub band: Band,
+    /// Whether vertices get normals from the field's gradient. Default off.
+    pub normals: bool,
+    /// Bytes that particles, lattice data and the mesh may take together. `None`: no limit. Work is cut into blocks to
+    /// fit, with the same mesh, or refused with the number needed.
+    pub max_memory: Option<u64>,
+    /// Vector unit.
+    pub lanes: Lanes,
+}
+
+impl Params {
+    /// The defaults for particles of this radius.
+    pub fn new(particle_radius: f64) -> Self {
+        Self {
+            particle_radius,
+            smoothing_length: 2.0,
+            cell_size: 0.5,
+            iso: 0.6,
+            band: Band::Auto,
+            normals: false,
+            max_memory: None,
+            lanes: Lanes::Auto,
+        }
+    }
+
+    /// Support radius of the kernel in world units.
+    pub fn support(&self) -> f64 {
+        2.0 * self.smoothing_length * self.particle_radius
+    }
+
+    /// Edge of a lattice cell in world units.
+    pub fn spacing(&self) -> f64 {
+        self.cell_size * self.particle_radius
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] names the first parameter that is out of range.
+    pub fn check(&self) -> Result<(), Error> {
+        let positive = |name, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(Error::Parameter { name, value, must: "a finite number greater than 0" })
+            }
+        };
+        positive("particle_radius", self.particle_radius)?;
+        positive("smoothing_length", self.smoothing_length)?;
+        positive("cell_size", self.cell_size)?;
+        positive("iso", self.iso)
+    }
+}

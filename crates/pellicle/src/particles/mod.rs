@@ -1,0 +1,126 @@
+//! What the caller hands in: borrowed views of positions and attributes. Nothing is copied here.
+
+use crate::Error;
+
+/// A borrowed view of particle positions in world units: packed `f32` or `f64` triples, or triples within larger records.
+#[derive(Debug, Clone, Copy)]
+pub struct Positions<'a>(View<'a>);
+
+#[derive(Debug, Clone, Copy)]
+enum View<'a> {
+    F32(&'a [[f32; 3]]),
+    F64(&'a [[f64; 3]]),
+    /// `values[i * stride ..][.. 3]` is particle i.
+    Strided32 { values: &'a [f32], stride: usize },
+    Strided64 { values: &'a [f64], stride: usize },
+}
+
+impl<'a> Positions<'a> {
+    /// Positions within records of `stride` numbers, of which the first three are x, y, z: pass the slice from the
+    /// first x on. A last record may be cut after its z.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] when `stride` is below 3, [`Error::Length`] when the last record ends before its z.
+    pub fn strided_f32(values: &'a [f32], stride: usize) -> Result<Self, Error> {
+        check_stride(values.len(), stride)?;
+        Ok(Self(View::Strided32 { values, stride }))
+    }
+
+    /// As [`strided_f32`](Self::strided_f32), in double precision.
+    ///
+    /// # Errors
+    /// As [`strided_f32`](Self::strided_f32).
+    pub fn strided_f64(values: &'a [f64], stride: usize) -> Result<Self, Error> {
+        check_stride(values.len(), stride)?;
+        Ok(Self(View::Strided64 { values, stride }))
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        match self.0 {
+            View::F32(p) => p.len(),
+            View::F64(p) => p.len(),
+            View::Strided32 { values, stride } => values.len().div_ceil(stride),
+            View::Strided64 { values, stride } => values.len().div_ceil(stride),
+        }
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Position of particle `i`, which must be below [`len`](Self::len).
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> [f64; 3] {
+        match self.0 {
+            View::F32(p) => p[i].map(f64::from),
+            View::F64(p) => p[i],
+            View::Strided32 { values, stride } => {
+                let at = &values[i * stride..i * stride + 3];
+                [f64::from(at[0]), f64::from(at[1]), f64::from(at[2])]
+            }
+            View::Strided64 { values, stride } => {
+                let at = &values[i * stride..i * stride + 3];
+                [at[0], at[1], at[2]]
+            }
+        }
+    }
+}
+
+fn check_stride(len: usize, stride: usize) -> Result<(), Error> {
+    if stride < 3 {
+        return Err(Error::Parameter { name: "stride", value: stride as f64, must: "at least 3" });
+    }
+    if matches!(len % stride, 1 | 2) {
+        return Err(Error::Length { what: "the last record".into(), found: len % stride, expected: 3 });
+    }
+    Ok(())
+}
+
+impl<'a> From<&'a [[f32; 3]]> for Positions<'a> {
+    fn from(p: &'a [[f32; 3]]) -> Self {
+        Self(View::F32(p))
+    }
+}
+
+impl<'a> From<&'a [[f64; 3]]> for Positions<'a> {
+    fn from(p: &'a [[f64; 3]]) -> Self {
+        Self(View::F64(p))
+    }
+}
+
+impl<'a> From<&'a Vec<[f32; 3]>> for Positions<'a> {
+    fn from(p: &'a Vec<[f32; 3]>) -> Self {
+        Self(View::F32(p))
+    }
+}
+
+impl<'a> From<&'a Vec<[f64; 3]>> for Positions<'a> {
+    fn from(p: &'a Vec<[f64; 3]>) -> Self {
+        Self(View::F64(p))
+    }
+}
+
+impl<'a, const N: usize> From<&'a [[f32; 3]; N]> for Positions<'a> {
+    fn from(p: &'a [[f32; 3]; N]) -> Self {
+        Self(View::F32(p))
+    }
+}
+
+impl<'a, const N: usize> From<&'a [[f64; 3]; N]> for Positions<'a> {
+    fn from(p: &'a [[f64; 3]; N]) -> Self {
+        Self(View::F64(p))
+    }
+}
+
+/// A borrowed values-per-particle channel to carry to the surface.
+#[derive(Debug, Clone, Copy)]
+pub struct Attribute<'a> {
+    /// Name, passed on to the mesh.
+    pub name: &'a str,
+    /// Numbers per particle: 1 for a scalar, 3 for a vector. At least 1.
+    pub components: usize,
+    /// `components` values per particle, particle after particle.
+    pub values: &'a [f32],
+}
