@@ -1,0 +1,140 @@
+//! The particles that matter in a box, compressed from sorted cells.
+//!
+//! Candidates come in canonical order (chunk by chunk, row by row of cells), positions in the frame asked for, columns
+//! beside them, so that a loop over them streams through memory. A candidate lies within the support of the box, with
+//! a margin for rounding; beyond the support a field is exactly zero, so the margin never shows in a value.
+
+use crate::{
+    field::{Field, MAX_COLUMNS},
+    lattice::{CHUNK, cover},
+    lookup::cells::{Cells, cell_index},
+    math::simd::{LANES, Simd},
+};
+
+/// Square of the support radius, in support units, widened by more than rounding can make of a distance.
+const REACH_SQ: f32 = 1.000_01;
+/// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
+const REACH: f64 = 1.000_02;
+
+/// Particles as a structure of arrays: x, y, z and columns.
+#[derive(Default)]
+pub(crate) struct Candidates {
+    axes: [Vec<f32>; 3],
+    columns: [Vec<f32>; MAX_COLUMNS],
+    len: usize,
+}
+
+/// An axis-aligned box in a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Box3 {
+    pub(crate) low: [f32; 3],
+    pub(crate) high: [f32; 3],
+}
+
+impl Candidates {
+    /// Number of candidates.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Positions, axis by axis.
+    #[inline(always)]
+    pub(crate) fn axes(&self) -> [&[f32]; 3] {
+        [&self.axes[0][..self.len], &self.axes[1][..self.len], &self.axes[2][..self.len]]
+    }
+
+    /// The columns, each as long as there are candidates; those that the field does not ask for are empty.
+    #[inline(always)]
+    pub(crate) fn columns_of<F: Field>(&self) -> [&[f32]; MAX_COLUMNS] {
+        std::array::from_fn(|c| if c < F::COLUMNS { &self.columns[c][..self.len] } else { &[][..] })
+    }
+
+    /// Makes room for `more` candidates and the lanes that a last store spills.
+    #[inline(always)]
+    fn reserve(&mut self, columns: usize, more: usize) {
+        let need = self.len + more + LANES;
+        if self.axes[0].len() < need {
+            self.grow(columns, need);
+        }
+    }
+
+    #[cold]
+    fn grow(&mut self, columns: usize, need: usize) {
+        for v in self.axes.iter_mut().chain(&mut self.columns[..columns]) {
+            v.resize(2 * need, 0.0);
+        }
+    }
+
+    /// Collects the particles within reach of `place`, whose frame has its origin at `corner` (support units).
+    #[inline(always)]
+    pub(crate) fn gather<S: Simd>(&mut self, s: S, cells: &Cells, columns: &[&[f32]], corner: [f64; 3], place: Box3) {
+        self.len = 0;
+        let range: [_; 3] = std::array::from_fn(|a| {
+            cover(corner[a] + f64::from(place.low[a]) - REACH, corner[a] + f64::from(place.high[a]) + REACH, 1.0)
+        });
+        let chunks = range.each_ref().map(|r| r.start() >> CHUNK.ilog2()..=r.end() >> CHUNK.ilog2());
+        for cz in chunks[2].clone() {
+            for cy in chunks[1].clone() {
+                for cx in chunks[0].clone() {
+                    let Some(chunk) = cells.chunk_at([cx, cy, cz]) else { continue };
+                    let local = |a: usize, c: i32| {
+                        (range[a].start() - c * CHUNK).max(0)..=(range[a].end() - c * CHUNK).min(CHUNK - 1)
+                    };
+                    let shift = std::array::from_fn(|a| (f64::from([cx, cy, cz][a] * CHUNK) - corner[a]) as f32);
+                    let (x, y) = (local(0, cx), local(1, cy));
+                    for z in local(2, cz) {
+                        for y in y.clone() {
+                            let run = cells.run(chunk, cell_index(*x.start(), y, z), cell_index(*x.end(), y, z));
+                            let from = [&cells.x[..], &cells.y[..], &cells.z[..]];
+                            self.append(s, from, columns, run, shift, place);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Keeps of `from`'s candidates those within reach of `place`, in the same frame.
+    #[inline(always)]
+    pub(crate) fn refine<S: Simd>(&mut self, s: S, from: &Self, columns: usize, place: Box3) {
+        self.len = 0;
+        let sources: [&[f32]; MAX_COLUMNS] = std::array::from_fn(|c| &from.columns[c][..]);
+        let axes = [&from.axes[0][..], &from.axes[1][..], &from.axes[2][..]];
+        self.append(s, axes, &sources[..columns], 0..from.len, [0.0; 3], place);
+    }
+
+    /// Appends those of a run that are within reach. The sources have 16 values to spare behind the run.
+    #[inline(always)]
+    fn append<S: Simd>(
+        &mut self,
+        s: S,
+        axes: [&[f32]; 3],
+        columns: &[&[f32]],
+        run: std::ops::Range<usize>,
+        shift: [f32; 3],
+        place: Box3,
+    ) {
+        self.reserve(columns.len(), run.len());
+        let zero = s.splat(0.0);
+        for i in run.clone().step_by(LANES) {
+            let mut at = [zero; 3];
+            let mut dist_sq = zero;
+            for a in 0..3 {
+                at[a] = s.add(s.load(&axes[a][i..]), s.splat(shift[a]));
+                let below = s.sub(s.splat(place.low[a]), at[a]);
+                let above = s.sub(at[a], s.splat(place.high[a]));
+                let d = s.max(s.max(below, above), zero);
+                dist_sq = s.add(dist_sq, s.mul(d, d));
+            }
+            let valid = ((1u32 << (run.end - i).min(LANES)) - 1) as u16;
+            let near = s.gt(s.splat(REACH_SQ), dist_sq) & valid;
+            for a in 0..3 {
+                s.compress(at[a], near, &mut self.axes[a][self.len..]);
+            }
+            for (c, column) in columns.iter().enumerate() {
+                s.compress(s.load(&column[i..]), near, &mut self.columns[c][self.len..]);
+            }
+            self.len += near.count_ones() as usize;
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! The bricks of one lattice that were asked for, and what was found in them.
+//!
+//! ```text
+//! directory   octet coordinates ──► octet
+//! filled      octet ──► which of its 8 bricks have values
+//! inside      octet ──► which of its other bricks are taken to be inside
+//! slots       octet ──► where its bricks' signs and values are
+//! sets        slot ──► the nodes above each threshold, one bit each
+//! values      slot ──► 64 values
+//! ```
+//!
+//! Bricks are filled in rounds: [`Store::want`] collects, [`Store::fill`] fills what was collected, in parallel. Which
+//! bricks are wanted when has no influence on any value.
+
+use std::cell::RefCell;
+
+use crate::{
+    field::Field,
+    fill::{
+        Values,
+        simd::{FillOctet, Scratch},
+    },
+    lattice::Coord,
+    lookup::{Directory, cells::Cells},
+    math::{ranges::for_each_part, simd::Unit},
+    progress::Control,
+};
+
+/// Index of no octet.
+const NONE: u32 = u32::MAX;
+
+/// What every fill needs.
+pub(crate) struct Source<'a, F> {
+    pub(crate) unit: Unit,
+    pub(crate) field: &'a F,
+    pub(crate) cells: &'a Cells,
+    pub(crate) columns: &'a [&'a [f32]],
+    pub(crate) control: &'a Control<'a>,
+}
+
+/// One octet of a [`Store`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Octet {
+    pub(crate) at: Coord,
+    /// Its index in the store.
+    pub(crate) index: u32,
+    /// Bricks that have a slot.
+    pub(crate) filled: u8,
+    /// Bricks waiting for the next round.
+    wanted: u8,
+    /// Of the bricks without slot, those that are inside throughout.
+    pub(crate) inside: u8,
+    slots: [u32; 8],
+}
+
+/// Bricks of one lattice, with the nodes above each of `SETS` thresholds. Reusable: [`clear`](Self::clear) keeps the memory.
+#[derive(Default)]
+pub(crate) struct Store<const SETS: usize> {
+    pub(crate) octets: Vec<Octet>,
+    directory: Directory,
+    sets: Vec<[u64; SETS]>,
+    values: Vec<Values>,
+    slots: usize,
+    queue: Vec<u32>,
+    /// First slot of each octet of the queue, and the end.
+    queue_slots: Vec<u32>,
+}
+
+thread_local! {
+    /// Candidates of the octet at work; kept between octets and frames.
+    static SCRATCH: RefCell<(Scratch, [Values; 8])> = RefCell::new((Scratch::default(), [[0.0; 64]; 8]));
+}
+
+impl<const SETS: usize> Store<SETS> {
+    /// Forgets all bricks.
+    pub(crate) fn clear(&mut self) {
+        self.octets.clear();
+        self.directory.clear();
+        self.queue.clear();
+        self.slots = 0;
+    }
+
+    /// Number of filled bricks.
+    pub(crate) fn len(&self) -> usize {
+        self.slots
+    }
+
+    /// The octet at these coordinates.
+    #[inline]
+    pub(crate) fn find(&self, octet: Coord) -> Option<&Octet> {
+        self.directory.get(&octet).map(|&i| &self.octets[i as usize])
+    }
+
+    /// The `set`-th set of a brick's nodes, if it is filled.
+    #[inline(always)]
+    pub(crate) fn set(&self, octet: &Octet, brick: usize, set: usize) -> Option<u64> {
+        (octet.filled >> brick & 1 != 0).then(|| self.sets[octet.slots[brick] as usize][set])
+    }
+
+    /// Values of a filled brick.
+    #[inline(always)]
+    pub(crate) fn values(&self, octet: &Octet, brick: usize) -> &Values {
+        &self.values[octet.slots[brick] as usize]
+    }
+
+    /// Asks for bricks of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
+    /// its bricks are inside as long as they are not filled.
+    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) {
+        let id = *self.directory.entry(at).or_insert_with(|| {
+            let index = self.octets.len() as u32;
+            self.octets.push(Octet { at, index, filled: 0, wanted: 0, inside: inside(at), slots: [NONE; 8] });
+            index
+        });
+        let octet = &mut self.octets[id as usize];
+        let new = bricks & !octet.filled;
+        if octet.wanted == 0 && new != 0 {
+            self.queue.push(id);
+        }
+        octet.wanted |= new;
+    }
+
+    /// Whether bricks wait for the next round.
+    pub(crate) fn waiting(&self) -> bool {
+        !self.queue.is_empty()
+    }
+
+    /// Bricks that wait for the next round.
+    pub(crate) fn waiting_bricks(&self) -> usize {
+        self.queue.iter().map(|&id| self.octets[id as usize].wanted.count_ones() as usize).sum()
+    }
+
+    /// Fills all wanted bricks and returns the octets that have new ones, each with those. For every threshold a set of
+    /// the nodes above is kept; values only when `keep_values`.
+    pub(crate) fn fill<F: Field>(
+        &mut self,
+        source: &Source<'_, F>,
+        step: f64,
+        thresholds: &[f32; SETS],
+        keep_values: bool,
+        done: &mut Vec<(u32, u8)>,
+    ) {
+        let first = self.slots;
+        self.assign_slots(done);
+        grow(&mut self.sets, self.slots, [0; SETS]);
+        if keep_values {
+            grow(&mut self.values, self.slots, [0.0; 64]);
+        }
+        let (octets, done, starts) = (&self.octets, &done[..], &self.queue_slots);
+        let sets = &mut self.sets[first..self.slots];
+        let values = keep_values.then(|| &mut self.values[first..self.slots]);
+        let start = |i: usize| starts[i] as usize;
+        for_each_part(0..done.len(), (sets, values), &start, &|i, (above, values): (&mut [_], Option<&mut [_]>)| {
+            if source.control.check().is_err() {
+                return;
+            }
+            SCRATCH.with_borrow_mut(|(scratch, spare)| {
+                source.unit.run(FillOctet {
+                    field: source.field,
+                    cells: source.cells,
+                    columns: source.columns,
+                    step,
+                    octet: octets[done[i].0 as usize].at,
+                    bricks: done[i].1,
+                    scratch,
+                    values: values.unwrap_or(spare),
+                    thresholds,
+                    above,
+                });
+            });
+        });
+    }
+
+    /// Moves the queue to `done`, with a slot for every wanted brick.
+    fn assign_slots(&mut self, done: &mut Vec<(u32, u8)>) {
+        done.clear();
+        self.queue_slots.clear();
+        for &id in &self.queue {
+            self.queue_slots.push(self.slots as u32);
+            let octet = &mut self.octets[id as usize];
+            done.push((id, octet.wanted));
+            for (brick, slot) in octet.slots.iter_mut().enumerate() {
+                if octet.wanted >> brick & 1 != 0 {
+                    *slot = self.slots as u32;
+                    self.slots += 1;
+                }
+            }
+            octet.filled |= octet.wanted;
+            octet.wanted = 0;
+        }
+        self.queue_slots.push(self.slots as u32);
+        self.queue.clear();
+    }
+}
+
+/// Makes `v` at least `len` long. A new allocation comes zeroed from the system, untouched until it is used.
+fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
+    if v.is_empty() {
+        *v = vec![zero; len + len / 8];
+    } else if v.len() < len {
+        v.resize(len + len / 8, zero);
+    }
+}

@@ -1,0 +1,107 @@
+//! Values of an octet's bricks in 16 lanes.
+//!
+//! ```text
+//! octet   candidates gathered once from the cells, in the octet's frame
+//! brick   candidates refined by the distance to the brick's box
+//! plane   16 nodes (4 along x, 4 along y) in one vector; up to four planes are summed side by side, so that a
+//!         particle's x and y distances are computed once
+//! ```
+//!
+//! Every node adds its particles in canonical order; one beyond the support adds exactly zero, so what is refined away
+//! never shows. Source: the projection of a particle's distance to a line of nodes is Rosenberg & Birdwell 2008,
+//! section 5, with the vector's lanes as further dimensions.
+
+use super::{Values, brick_box, brick_origin, corner, node_offset, octet_box};
+use crate::{
+    bricks::gather::Candidates,
+    field::{Field, Row},
+    lattice::Coord,
+    lookup::cells::Cells,
+    math::{
+        bits::ones,
+        simd::{Kernel, LANES, Simd},
+    },
+};
+
+/// What one thread needs to fill octets, kept between them.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    octet: Candidates,
+    brick: Candidates,
+}
+
+/// Fills some bricks of one octet.
+pub(crate) struct FillOctet<'a, F, const SETS: usize> {
+    pub(crate) field: &'a F,
+    pub(crate) cells: &'a Cells,
+    pub(crate) columns: &'a [&'a [f32]],
+    /// Distance of neighbouring nodes in support units.
+    pub(crate) step: f64,
+    pub(crate) octet: Coord,
+    /// The bricks to fill, bit by bit.
+    pub(crate) bricks: u8,
+    pub(crate) scratch: &'a mut Scratch,
+    /// One for each brick to fill.
+    pub(crate) values: &'a mut [Values],
+    pub(crate) thresholds: &'a [f32; SETS],
+    /// For each brick to fill, the nodes above each threshold.
+    pub(crate) above: &'a mut [[u64; SETS]],
+}
+
+impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let Scratch { octet: near, brick: nearer } = self.scratch;
+        near.gather(s, self.cells, self.columns, corner(self.octet, self.step), octet_box(self.step));
+        for ((brick, values), above) in ones(self.bricks.into()).zip(self.values).zip(self.above) {
+            nearer.refine(s, near, F::COLUMNS, brick_box(brick, self.step));
+            let first = brick_origin(brick);
+            match F::PLANES {
+                4 => fill_planes::<S, F, 4>(s, self.field, nearer, first, self.step, values),
+                2 => fill_planes::<S, F, 2>(s, self.field, nearer, first, self.step, values),
+                _ => fill_planes::<S, F, 1>(s, self.field, nearer, first, self.step, values),
+            }
+            for (above, &threshold) in above.iter_mut().zip(self.thresholds) {
+                *above = (0..4).fold(0, |set, k| {
+                    set | u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k)
+                });
+            }
+        }
+    }
+}
+
+/// The 64 values of the brick whose first node is `first`, `N` planes at a time.
+#[inline(always)]
+fn fill_planes<S: Simd, F: Field, const N: usize>(
+    s: S,
+    field: &F,
+    near: &Candidates,
+    first: [i32; 3],
+    step: f64,
+    values: &mut Values,
+) {
+    let node = |a: usize, n: usize| node_offset(first[a] + n as i32, step);
+    let x: [f32; LANES] = std::array::from_fn(|lane| node(0, lane & 3));
+    let y: [f32; LANES] = std::array::from_fn(|lane| node(1, lane >> 2));
+    let (x, y) = (s.load(&x), s.load(&y));
+    let [px, py, pz] = near.axes();
+    let columns = near.columns_of::<F>();
+    for plane in (0..4).step_by(N) {
+        let z: [f32; N] = std::array::from_fn(|k| node(2, plane + k));
+        let mut sums = [field.zero(s); N];
+        for particle in 0..near.len() {
+            let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));
+            let in_plane = s.add(s.mul(dx, dx), s.mul(dy, dy));
+            let row = Row { columns: &columns, particle };
+            for k in 0..N {
+                let dz = z[k] - pz[particle];
+                field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
+            }
+        }
+        for k in 0..N {
+            s.store(field.value(s, sums[k]), &mut values[LANES * (plane + k)..]);
+        }
+    }
+}

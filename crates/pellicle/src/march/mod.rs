@@ -1,0 +1,4 @@
+//! Samples to triangles.
+
+pub(crate) mod cubes;
+pub(crate) mod tables;

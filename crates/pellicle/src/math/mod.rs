@@ -1,0 +1,5 @@
+//! Vectors of lanes, bit tricks and parallel ranges: what the stages are made of, and nothing about surfaces.
+
+pub(crate) mod bits;
+pub(crate) mod ranges;
+pub mod simd;

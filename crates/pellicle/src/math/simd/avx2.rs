@@ -1,0 +1,167 @@
+//! Sixteen lanes as two AVX2 registers.
+
+use std::arch::x86_64::*;
+
+use super::{Kernel, LANES, Simd};
+
+/// Proof that the machine has AVX2, BMI1, BMI2 and POPCNT.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Avx2(());
+
+impl Avx2 {
+    pub(crate) fn new() -> Option<Self> {
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("popcnt");
+        has.then_some(Self(()))
+    }
+}
+
+#[target_feature(enable = "avx2,bmi1,bmi2,popcnt")]
+fn enabled<K: Kernel>(simd: Avx2, kernel: K) -> K::Output {
+    kernel.run(simd)
+}
+
+/// For each mask of 8 lanes, the lanes that are set, in order: the permutation that moves them to the front. One byte an
+/// entry, lane 0 lowest.
+const FRONT: [u64; 256] = {
+    let mut table = [0u64; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 != 0 {
+                table[mask] |= (lane as u64) << (8 * n);
+                n += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    table
+};
+
+#[inline(always)]
+fn front(v: __m256, mask: u8) -> __m256 {
+    // SAFETY: called only by methods of `Avx2`, a value of which exists only where the instructions do.
+    unsafe {
+        let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(FRONT[mask as usize] as i64));
+        _mm256_permutevar8x32_ps(v, lanes)
+    }
+}
+
+type F = (__m256, __m256);
+
+impl Simd for Avx2 {
+    type F = F;
+
+    #[inline(always)]
+    fn splat(self, v: f32) -> F {
+        // SAFETY: a value of this type exists only where the instructions do.
+        let v = unsafe { _mm256_set1_ps(v) };
+        (v, v)
+    }
+
+    #[inline(always)]
+    fn load(self, from: &[f32]) -> F {
+        let from = &from[..LANES];
+        // SAFETY: as in `splat`; the slice has 16 values.
+        unsafe { (_mm256_loadu_ps(from.as_ptr()), _mm256_loadu_ps(from[8..].as_ptr())) }
+    }
+
+    #[inline(always)]
+    fn store(self, v: F, to: &mut [f32]) {
+        let to = &mut to[..LANES];
+        // SAFETY: as in `load`.
+        unsafe {
+            _mm256_storeu_ps(to.as_mut_ptr(), v.0);
+            _mm256_storeu_ps(to[8..].as_mut_ptr(), v.1);
+        }
+    }
+
+    #[inline(always)]
+    fn add(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_add_ps(a.0, b.0), _mm256_add_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn sub(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_sub_ps(a.0, b.0), _mm256_sub_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn mul(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_mul_ps(a.0, b.0), _mm256_mul_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn div(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_div_ps(a.0, b.0), _mm256_div_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn sqrt(self, a: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_sqrt_ps(a.0), _mm256_sqrt_ps(a.1)) }
+    }
+
+    #[inline(always)]
+    fn max(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_max_ps(a.0, b.0), _mm256_max_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn min(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe { (_mm256_min_ps(a.0, b.0), _mm256_min_ps(a.1, b.1)) }
+    }
+
+    #[inline(always)]
+    fn gt(self, a: F, b: F) -> u16 {
+        // SAFETY: as in `splat`.
+        let (lo, hi) = unsafe {
+            (
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a.0, b.0)),
+                _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(a.1, b.1)),
+            )
+        };
+        (lo | hi << 8) as u16
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u16, a: F, b: F) -> F {
+        let half = |mask: u8, a, b| {
+            // SAFETY: as in `splat`.
+            unsafe {
+                let bit = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+                let set = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask.into()), bit), bit);
+                _mm256_blendv_ps(b, a, _mm256_castsi256_ps(set))
+            }
+        };
+        (half(mask as u8, a.0, b.0), half((mask >> 8) as u8, a.1, b.1))
+    }
+
+    #[inline(always)]
+    fn compress(self, v: F, mask: u16, to: &mut [f32]) {
+        let to = &mut to[..LANES];
+        let (lo, hi) = (mask as u8, (mask >> 8) as u8);
+        let n = lo.count_ones() as usize;
+        // SAFETY: as in `load`; the second store starts at most at place 8 and writes 8.
+        unsafe {
+            _mm256_storeu_ps(to.as_mut_ptr(), front(v.0, lo));
+            _mm256_storeu_ps(to[n..n + 8].as_mut_ptr(), front(v.1, hi));
+        }
+    }
+
+    #[inline(always)]
+    fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        // SAFETY: as in `splat`.
+        unsafe { enabled(self, kernel) }
+    }
+}
