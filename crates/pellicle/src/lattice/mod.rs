@@ -91,10 +91,10 @@ pub(crate) fn morton(c: Coord) -> u128 {
     fn spread(v: u32) -> u128 {
         /// Spreads 16 bits to every third of 48.
         fn half(v: u64) -> u64 {
-            let v = (v | v << 16) & 0x0000_00ff_0000_00ff;
-            let v = (v | v << 8) & 0x0000_f00f_0000_f00f;
-            let v = (v | v << 4) & 0x00c3_0c30_c30c_30c3;
-            (v | v << 2) & 0x0249_2492_4924_9249
+            let v = (v | v << 16) & 0x0000_0000_ff00_00ff;
+            let v = (v | v << 8) & 0x0000_00f0_0f00_f00f;
+            let v = (v | v << 4) & 0x0000_0c30_c30c_30c3;
+            (v | v << 2) & 0x0000_2492_4924_9249
         }
         u128::from(half(u64::from(v & 0xffff))) | u128::from(half(u64::from(v >> 16))) << 48
     }
