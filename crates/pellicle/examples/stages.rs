@@ -13,6 +13,8 @@ fn main() {
     if std::env::var_os("FULL").is_some() {
         params.band = Band::Full;
     }
+    params.max_memory = std::env::var("MAX_MEMORY").ok().and_then(|v| v.parse().ok());
+    params.normals = std::env::var_os("NORMALS").is_some();
     match std::env::var("PELLICLE_LANES").as_deref() {
         Ok("avx2") => params.lanes = pellicle::Lanes::Avx2,
         Ok("portable") => params.lanes = pellicle::Lanes::Portable,

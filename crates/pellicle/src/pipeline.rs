@@ -1,19 +1,25 @@
 //! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
 
+use std::cell::RefCell;
+
 use rayon::prelude::*;
 
 use crate::{
-    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage, Stats,
+    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage, Stats, VertexAttribute,
     bricks::{
         band::{self, Budget},
-        store::Source,
+        store::{Source, Store},
     },
     field::{density, sph::Sph},
+    fill::{
+        Values,
+        points::{self, Interpolate, Normals, OctetVertices},
+    },
     lattice::{Lattice, OCTET},
     lookup::cells::Cells,
     march::cubes::{
-        count::Counted,
-        emit::{Frame, Triangles, Vertices},
+        count::{Counted, Part},
+        emit::{Frame, Triangles, Vertices, want_needed},
     },
     math::{ranges::for_each_part, simd::Unit},
 };
@@ -84,9 +90,8 @@ impl Reconstructor {
         control.begin(Stage::Density)?;
         density::weights(unit, &self.cells, control, &mut self.weights);
 
-        control.begin(Stage::Fill)?;
         let source = Source { unit, field: &field, cells: &self.cells, columns: &[&self.weights], control };
-        let budget = Budget { bytes: params.max_memory.unwrap_or(u64::MAX) };
+        let budget = Budget { bytes: beside_particles(params.max_memory, positions.len())? };
         self.band.find(&source, lattice.step(), params.band == Band::Full, budget)?;
 
         control.begin(Stage::Count)?;
@@ -94,7 +99,7 @@ impl Reconstructor {
         self.cut_chunks();
 
         let frame = Frame { origin: self.origin(), spacing: lattice.spacing };
-        Ok(Surface { from: self, unit, iso: field.iso, frame, attributes, control, particles: positions.len() })
+        Ok(Surface { from: self, unit, field, lattice, frame, params, attributes, control })
     }
 
     /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
@@ -131,6 +136,13 @@ impl Reconstructor {
     }
 }
 
+/// Bytes that a limit leaves beside the sorted particles and their weights.
+fn beside_particles(max_memory: Option<u64>, particles: usize) -> Result<u64, Error> {
+    let needed = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+    let available = max_memory.unwrap_or(u64::MAX);
+    available.checked_sub(needed).ok_or(Error::Memory { what: "the particles alone", needed, available })
+}
+
 fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<(), Error> {
     for attribute in attributes {
         let expected = particles * attribute.components;
@@ -146,11 +158,12 @@ fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<()
 pub struct Surface<'a> {
     from: &'a Reconstructor,
     unit: Unit,
-    iso: f32,
+    field: Sph,
+    lattice: Lattice,
     frame: Frame,
+    params: &'a Params,
     attributes: &'a [Attribute<'a>],
     control: &'a Control<'a>,
-    particles: usize,
 }
 
 /// A piece of a surface: consecutive vertices and consecutive triangles, and where they belong in the whole.
@@ -189,8 +202,10 @@ impl Surface<'_> {
     /// What the work amounted to.
     pub fn stats(&self) -> Stats {
         Stats {
-            particles: self.particles as u64,
+            particles: self.from.cells.len() as u64,
             bricks_filled: self.from.band.fine.len() as u64,
+            blocks: if self.from.band.has_values { 1 } else { self.chunk_count() as u64 },
+            bricks_crossed: self.from.counted.crossed_bricks() as u64,
             vertices: self.vertex_count() as u64,
             triangles: self.triangle_count() as u64,
         }
@@ -211,6 +226,7 @@ impl Surface<'_> {
     /// # Errors
     /// [`Error::Cancelled`]; the mesh is then incomplete.
     pub fn write_mesh(&self, mesh: &mut Mesh) -> Result<(), Error> {
+        self.check_mesh_fits()?;
         self.control.begin(Stage::Emit)?;
         mesh.origin = self.origin();
         grow(&mut mesh.vertices, self.vertex_count(), [0.0; 3]);
@@ -221,7 +237,25 @@ impl Surface<'_> {
         let first_vertex = |chunk: usize| first(chunk).first_vertex as usize;
         for_each_part(chunks.clone(), &mut mesh.vertices[..], &first_vertex, &|i, to: &mut [_]| self.vertices(i, to));
         let first_triangle = |chunk: usize| first(chunk).first_triangle as usize;
-        for_each_part(chunks, &mut mesh.triangles[..], &first_triangle, &|i, to: &mut [_]| self.triangles(i, to));
+        let triangles = &mut mesh.triangles[..];
+        for_each_part(chunks.clone(), triangles, &first_triangle, &|i, to: &mut [_]| self.triangles(i, to));
+
+        let vertices = &mesh.vertices;
+        let of = |chunk: usize| &vertices[first_vertex(chunk)..first_vertex(chunk + 1)];
+        grow(&mut mesh.normals, if self.params.normals { vertices.len() } else { 0 }, [0.0; 3]);
+        if self.params.normals {
+            let normals = &mut mesh.normals[..];
+            for_each_part(chunks.clone(), normals, &first_vertex, &|i, to: &mut [_]| self.normals(i, of(i), to));
+        }
+        mesh.attributes.resize_with(self.attributes.len(), VertexAttribute::default);
+        for (from, to) in self.attributes.iter().zip(&mut mesh.attributes) {
+            from.name.clone_into(&mut to.name);
+            to.components = from.components;
+            grow(&mut to.values, vertices.len() * from.components, 0.0);
+            let first_value = |chunk: usize| first_vertex(chunk) * from.components;
+            let work = |i: usize, to: &mut [_]| self.interpolate(i, from, of(i), to);
+            for_each_part(chunks.clone(), &mut to.values[..], &first_value, &work);
+        }
         self.control.check()
     }
 
@@ -242,6 +276,28 @@ impl Surface<'_> {
         })
     }
 
+    /// Whether the whole mesh fits in what the limit leaves.
+    fn check_mesh_fits(&self) -> Result<(), Error> {
+        let per_vertex = 1 + usize::from(self.params.normals);
+        let values: usize = self.attributes.iter().map(|a| a.components).sum();
+        let mesh = self.vertex_count() * (12 * per_vertex + 4 * values) + self.triangle_count() * 12;
+        let needed = self.held() + mesh as u64;
+        match self.params.max_memory {
+            Some(available) if needed > available => {
+                Err(Error::Memory { what: "the mesh in memory (writing it in chunks needs less)", needed, available })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Bytes that the counted surface holds.
+    fn held(&self) -> u64 {
+        let Reconstructor { cells, band, .. } = self.from;
+        let values = if band.has_values { band.fine.len() * size_of::<Values>() } else { 0 };
+        let particles = cells.len() as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+        particles + Store::<1>::bytes(band.fine.octet_count(), band.fine.len()) + values as u64
+    }
+
     fn chunk_count(&self) -> usize {
         self.from.chunks.len() - 1
     }
@@ -255,29 +311,106 @@ impl Surface<'_> {
         chunk.triangles.resize((end.first_triangle - first.first_triangle) as usize, [0; 3]);
         self.vertices(i, &mut chunk.vertices);
         self.triangles(i, &mut chunk.triangles);
+        if self.params.normals {
+            chunk.normals.resize(chunk.vertices.len(), [0.0; 3]);
+            self.normals(i, &chunk.vertices, &mut chunk.normals);
+        }
+        chunk.attributes.resize_with(self.attributes.len(), Vec::new);
+        for (from, to) in self.attributes.iter().zip(&mut chunk.attributes) {
+            to.resize(chunk.vertices.len() * from.components, 0.0);
+            self.interpolate(i, from, &chunk.vertices, to);
+        }
+    }
+
+    /// The octets of a chunk, each with where the next begins.
+    fn parts(&self, chunk: usize) -> impl Iterator<Item = (Part, Part)> + '_ {
+        let Reconstructor { counted, chunks, .. } = self.from;
+        counted.parts[chunks[chunk]..=chunks[chunk + 1]].windows(2).map(|pair| (pair[0], pair[1]))
     }
 
     /// Writes the vertices of one chunk.
     fn vertices(&self, chunk: usize, to: &mut [[f32; 3]]) {
-        let Reconstructor { counted, band, chunks, .. } = self.from;
-        let parts = &counted.parts[chunks[chunk]..=chunks[chunk + 1]];
-        let first = parts[0].first_vertex;
-        for pair in parts.windows(2) {
-            let to = &mut to[(pair[0].first_vertex - first) as usize..(pair[1].first_vertex - first) as usize];
-            self.unit.run(Vertices { store: &band.fine, counted, part: pair[0], iso: self.iso, frame: self.frame, to });
+        if self.from.band.has_values {
+            return self.vertices_from(&self.from.band.fine, chunk, to);
+        }
+        // The values did not fit; those of this chunk are computed again.
+        let Reconstructor { counted, band, cells, weights, .. } = self.from;
+        let mut values = Store::default();
+        for (part, _) in self.parts(chunk) {
+            want_needed(&band.fine, counted, part, &mut values);
+        }
+        let (unit, field, control) = (self.unit, &self.field, self.control);
+        let source = Source { unit, field, cells, columns: &[weights], control };
+        values.fill(&source, self.lattice.step(), &[self.field.iso], true, &mut Vec::new());
+        self.vertices_from(&values, chunk, to);
+    }
+
+    fn vertices_from(&self, values: &Store<1>, chunk: usize, mut to: &mut [[f32; 3]]) {
+        let Reconstructor { counted, band, .. } = self.from;
+        for (part, next) in self.parts(chunk) {
+            let own = take(&mut to, (next.first_vertex - part.first_vertex) as usize);
+            let (iso, frame) = (self.field.iso, self.frame);
+            self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, to: own });
         }
     }
 
     /// Writes the triangles of one chunk.
-    fn triangles(&self, chunk: usize, to: &mut [[u32; 3]]) {
-        let Reconstructor { counted, band, chunks, .. } = self.from;
-        let parts = &counted.parts[chunks[chunk]..=chunks[chunk + 1]];
-        let first = parts[0].first_triangle;
-        for pair in parts.windows(2) {
-            let to = &mut to[(pair[0].first_triangle - first) as usize..(pair[1].first_triangle - first) as usize];
-            self.unit.run(Triangles { store: &band.fine, counted, part: pair[0], to });
+    fn triangles(&self, chunk: usize, mut to: &mut [[u32; 3]]) {
+        let Reconstructor { counted, band, .. } = self.from;
+        for (part, next) in self.parts(chunk) {
+            let own = take(&mut to, (next.first_triangle - part.first_triangle) as usize);
+            self.unit.run(Triangles { store: &band.fine, counted, part, to: own });
         }
     }
+
+    /// Writes the normals of one chunk, whose vertices are given.
+    fn normals(&self, chunk: usize, vertices: &[[f32; 3]], mut to: &mut [[f32; 3]]) {
+        self.for_each_octet(chunk, vertices, |of| {
+            let own = take(&mut to, of.vertices.len());
+            self.unit.run(Normals { of, field: &self.field, columns: &[&self.from.weights], to: own });
+        });
+    }
+
+    /// Writes one attribute of one chunk, whose vertices are given.
+    fn interpolate(&self, chunk: usize, attribute: &Attribute<'_>, vertices: &[[f32; 3]], mut to: &mut [f32]) {
+        self.for_each_octet(chunk, vertices, |of| {
+            let own = take(&mut to, of.vertices.len() * attribute.components);
+            self.unit.run(Interpolate { of, weights: &self.from.weights, attribute, to: own });
+        });
+    }
+
+    /// Calls `work` with the vertices of each octet of a chunk.
+    fn for_each_octet(&self, chunk: usize, mut vertices: &[[f32; 3]], mut work: impl FnMut(OctetVertices<'_>)) {
+        let Reconstructor { counted, band, cells, .. } = self.from;
+        POINTS.with_borrow_mut(|scratch| {
+            for (part, next) in self.parts(chunk) {
+                let (own, rest) = vertices.split_at((next.first_vertex - part.first_vertex) as usize);
+                vertices = rest;
+                work(OctetVertices {
+                    cells,
+                    step: self.lattice.step(),
+                    octet: band.fine.octets[part.octet as usize].at,
+                    counts: std::array::from_fn(|brick| counted.crossings(part.octet, brick).vertices()),
+                    origin: self.frame.origin,
+                    per_unit: 1.0 / self.lattice.support,
+                    vertices: own,
+                    scratch,
+                });
+            }
+        });
+    }
+}
+
+thread_local! {
+    /// Candidates of the octet at work; kept between octets and frames.
+    static POINTS: RefCell<points::Scratch> = RefCell::default();
+}
+
+/// Cuts the first `n` elements off.
+fn take<'a, T>(from: &mut &'a mut [T], n: usize) -> &'a mut [T] {
+    let (first, rest) = std::mem::take(from).split_at_mut(n);
+    *from = rest;
+    first
 }
 
 /// Makes `v` exactly `len` long. New memory comes zeroed from the system, untouched until it is used.

@@ -8,6 +8,10 @@ pub struct Stats {
     pub particles: u64,
     /// Bricks of 4×4×4 nodes whose values were computed.
     pub bricks_filled: u64,
+    /// Those of them that own a crossed edge.
+    pub bricks_crossed: u64,
+    /// Blocks whose values were computed apart to stay within the memory limit; 1 when all fitted at once.
+    pub blocks: u64,
     /// Vertices of the surface.
     pub vertices: u64,
     /// Triangles of the surface.

@@ -16,15 +16,18 @@
 //! Source: the narrow band is Akinci et al. 2012, section 4.1, with samples in place of surface particles; following the
 //! surface from brick to brick is Wyvill, McPheeters, Wyvill 1986.
 
+use std::ops::RangeInclusive;
+
 use rayon::prelude::*;
 
 use super::store::{Octet, Source, Store};
 use crate::{
-    Error,
+    Error, Stage,
     field::Field,
+    fill::Values,
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
-    lookup::cells::Cells,
-    math::bits::{corner_sets, ones, side_mask},
+    lookup::{cells::Cells, directory::Cursor},
+    math::bits::{corner_sets, node_bit, ones, side_mask},
 };
 
 /// Sets of a coarse brick: nodes that may be inside, that are, and that clearly are.
@@ -36,11 +39,13 @@ pub(crate) struct Band {
     coarse: Store<COARSE_SETS>,
     /// The fine bricks with the set of nodes that are inside.
     pub(crate) fine: Store<1>,
+    /// Whether the fine bricks' values were kept; otherwise who needs one computes it again.
+    pub(crate) has_values: bool,
     done: Vec<(u32, u8)>,
     requests: Vec<Vec<(Coord, u8)>>,
 }
 
-/// Most octets that may be looked at, by the memory that they take.
+/// Bytes that may be used beside the particles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
     pub(crate) bytes: u64,
@@ -59,6 +64,7 @@ impl Band {
         self.fine.clear();
         self.coarse.clear();
         let multiple = multiple(step);
+        source.control.begin(Stage::Active)?;
         match source.field.bounds() {
             Some(bounds) if multiple > 1 && !full => {
                 let coarse_step = step * f64::from(multiple);
@@ -70,9 +76,14 @@ impl Band {
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
+        source.control.begin(Stage::Fill)?;
+        self.has_values = true;
         while self.fine.waiting() {
-            budget.check((self.fine.len() + self.fine.waiting_bricks()) as u64)?;
-            self.fine.fill(source, step, &[source.field.iso()], true, &mut self.done);
+            self.has_values &= budget.check(&self.fine)?;
+            if !self.has_values {
+                self.fine.drop_values();
+            }
+            self.fine.fill(source, step, &[source.field.iso()], self.has_values, &mut self.done);
             source.control.check()?;
             self.want_disagreeing(multiple);
         }
@@ -88,36 +99,44 @@ impl Band {
             found.clear();
             for_each_unsure(coarse, octet, |cell| push_bricks(found, cell, multiple));
         });
-        let inside = |octet| inside_bricks(coarse, octet, multiple);
+        let mut cursor = Cursor::default();
         for (at, bricks) in found[..coarse.octets.len()].iter().flatten() {
-            self.fine.want(*at, *bricks, inside);
+            self.fine.want(*at, *bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
         }
     }
 
     /// Wants the bricks that disagree with one just filled.
     fn want_disagreeing(&mut self, multiple: i32) {
         let (coarse, fine) = (&self.coarse, &self.fine);
-        let inside = |octet| inside_bricks(coarse, octet, multiple);
         let found = &mut self.requests;
         found.resize_with(self.done.len().max(found.len()), Vec::new);
         self.done.par_iter().zip(&mut *found).for_each(|(&(id, bricks), found)| {
             found.clear();
+            let mut cursor = Cursor::default();
+            let inside = |octet| inside_bricks(coarse, &mut cursor, octet, multiple);
             find_disagreeing(fine, &fine.octets[id as usize], bricks, inside, found);
         });
+        let mut cursor = Cursor::default();
         for i in 0..self.done.len() {
             for &(at, bricks) in &self.requests[i] {
-                self.fine.want(at, bricks, inside);
+                self.fine.want(at, bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
             }
         }
     }
 }
 
 impl Budget {
-    /// Bytes that a filled brick takes until the mesh is written: values, signs, crossings, bases, share of its octet.
-    const BRICK: u64 = 256 + 8 + 24 + 16 + 24;
+    /// Whether the values of all bricks filled and waiting fit; an error when not even their signs do.
+    fn check<const SETS: usize>(self, store: &Store<SETS>) -> Result<bool, Error> {
+        let bricks = store.len() + store.waiting_bricks();
+        let signs = Store::<SETS>::bytes(store.octet_count(), bricks);
+        self.fits(signs)?;
+        // A quarter more for the bricks that closing adds.
+        let values = bricks as u64 * size_of::<Values>() as u64;
+        Ok(signs + values + values / 4 <= self.bytes)
+    }
 
-    fn check(self, bricks: u64) -> Result<(), Error> {
-        let needed = bricks.saturating_mul(Self::BRICK);
+    fn fits(self, needed: u64) -> Result<(), Error> {
         if needed <= self.bytes {
             Ok(())
         } else {
@@ -141,7 +160,6 @@ fn want_reached<const SETS: usize>(
     budget: Budget,
 ) -> Result<(), Error> {
     let width = step * f64::from(BRICK);
-    let mut bricks = 0u64;
     for chunk in 0..cells.chunks.len() {
         let run = cells.chunk_range(chunk);
         let range: [_; 3] = std::array::from_fn(|a| {
@@ -151,9 +169,10 @@ fn want_reached<const SETS: usize>(
             let corner = f64::from(cells.chunks[chunk][a] * CHUNK);
             cover(corner + f64::from(low) - 1.000_02, corner + f64::from(high) + 1.000_02, width)
         });
-        // Counted with what chunks share, hence up to a few times too many; refused long before it is allocated.
-        bricks += range.iter().map(|r| (i64::from(*r.end()) - i64::from(*r.start()) + 1) as u64).product::<u64>();
-        budget.check(bricks / 8)?;
+        // Refused before it is allocated: what the chunk adds is not known before, but not more than all of it.
+        let length = |r: &RangeInclusive<i32>| (i64::from(*r.end()) - i64::from(*r.start()) + 1) as u64;
+        let added = range.iter().map(length).fold(1, u64::saturating_mul);
+        budget.fits((added / 8).saturating_mul(400).saturating_add(Store::<SETS>::bytes(store.octet_count(), 0)))?;
         for z in range[2].clone() {
             for y in range[1].clone() {
                 for x in range[0].clone() {
@@ -180,12 +199,13 @@ pub(crate) fn neighbour(at: Coord, brick: usize, d: Coord) -> (Coord, usize) {
 
 /// Calls `work` with the coordinates of each coarse cell of an octet that is not sure.
 fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl FnMut(Coord)) {
+    let mut cursor = Cursor::default();
     for brick in ones(octet.filled.into()) {
         let (mut maybe, mut surely) = ([0; 8], [0; 8]);
         for c in 0..8 {
             let d = std::array::from_fn(|a| (c >> a & 1) as i32);
             let (at, index) = neighbour(octet.at, brick, d);
-            let owner = if at == octet.at { Some(octet) } else { coarse.find(at) };
+            let owner = if at == octet.at { Some(octet) } else { coarse.find(&mut cursor, at) };
             if let Some(owner) = owner {
                 // A brick that nothing reaches is outside: its sets stay empty.
                 maybe[c] = coarse.set(owner, index, 0).unwrap_or(0);
@@ -218,68 +238,117 @@ fn push_bricks(found: &mut Vec<(Coord, u8)>, cell: Coord, multiple: i32) {
     }
 }
 
-/// Which bricks of a fine octet are inside, by one coarse sample each.
-fn inside_bricks(coarse: &Store<COARSE_SETS>, octet: Coord, multiple: i32) -> u8 {
-    let mut inside = 0;
-    let mut last: Option<(Coord, Option<&Octet>)> = None;
-    for brick in 0..8 {
-        let node: Coord =
-            std::array::from_fn(|a| (BRICK * (2 * octet[a] + (brick >> a & 1) as i32)).div_euclid(multiple));
-        let at = node.map(|n| n.div_euclid(OCTET));
-        let owner = match last {
-            Some((known, owner)) if known == at => owner,
-            _ => coarse.find(at),
-        };
-        last = Some((at, owner));
-        let local = node.map(|n| n.rem_euclid(OCTET) as usize);
-        let index = (local[0] >> 2) | (local[1] >> 2) << 1 | (local[2] >> 2) << 2;
-        let bit = (local[0] & 3) | (local[1] & 3) << 2 | (local[2] & 3) << 4;
-        let set = owner.and_then(|o| coarse.set(o, index, 1)).unwrap_or(0);
-        inside |= ((set >> bit & 1) as u8) << brick;
+/// Which bricks of a fine octet are inside, by the coarse sample at or below each brick's first node.
+///
+/// Coarse steps are powers of two, so that those samples lie in one coarse brick.
+fn inside_bricks(coarse: &Store<COARSE_SETS>, cursor: &mut Cursor, octet: Coord, multiple: i32) -> u8 {
+    let first = octet.map(|o| (o * OCTET).div_euclid(multiple));
+    let index = first.iter().enumerate().map(|(a, n)| ((n >> 2 & 1) as usize) << a).sum();
+    let Some(set) = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, index, 1)) else { return 0 };
+    match set {
+        0 => 0,
+        u64::MAX => u8::MAX,
+        _ => (0..8).fold(0, |inside, brick| {
+            let node: [usize; 3] = std::array::from_fn(|a| {
+                (octet[a] * OCTET + BRICK * (brick >> a & 1)).div_euclid(multiple) as usize & 3
+            });
+            inside | ((set >> node_bit(node[0], node[1], node[2]) & 1) as u8) << brick
+        }),
     }
-    inside
 }
 
-/// The 26 directions to bricks that touch one, each with the nodes that touch.
-const TOUCHING: [(Coord, u64); 26] = {
-    let mut table = [([0; 3], 0); 26];
-    let (mut i, mut n) = (0, 0);
-    while i < 27 {
-        let d = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-        if i != 13 {
-            table[n] = (d, side_mask(d));
+/// Bricks around an octet's own eight, itself included: position p in 0..4 along each axis, as a set of nodes is kept. For
+/// each the octet that holds it (0..27, the octet itself in the middle) and its index there.
+static AROUND: [(u8, u8); 64] = {
+    let mut table = [(0, 0); 64];
+    let mut n = 0;
+    while n < 64 {
+        // Position 0 is the upper brick of the octet below, 3 the lower one of the octet above.
+        let at = [n & 3, n >> 2 & 3, n >> 4];
+        let octet = (at[0] + 1) / 2 + 3 * ((at[1] + 1) / 2) + 9 * ((at[2] + 1) / 2);
+        let index = (at[0] + 1) % 2 | (at[1] + 1) % 2 << 1 | (at[2] + 1) % 2 << 2;
+        table[n] = (octet as u8, index as u8);
+        n += 1;
+    }
+    table
+};
+
+/// For each brick of an octet and each position of [`AROUND`]: the brick's nodes that touch the brick there. None for
+/// bricks that do not touch it, and for itself.
+static TOUCHING: [[u64; 64]; 8] = {
+    let mut table = [[0; 64]; 8];
+    let mut brick = 0;
+    while brick < 8 {
+        let mut n = 0;
+        while n < 64 {
+            let (mut d, mut near, mut a) = ([0; 3], true, 0);
+            while a < 3 {
+                d[a] = (n >> (2 * a) & 3) as i32 - 1 - (brick >> a & 1) as i32;
+                near &= d[a] >= -1 && d[a] <= 1;
+                a += 1;
+            }
+            if near && (d[0] != 0 || d[1] != 0 || d[2] != 0) {
+                table[brick][n] = side_mask(d);
+            }
             n += 1;
         }
+        brick += 1;
+    }
+    table
+};
+
+/// The positions of [`TOUCHING`] that touch, as a set.
+const RING: [u64; 8] = {
+    let mut table = [0; 8];
+    let mut i = 0;
+    while i < 8 * 64 {
+        table[i / 64] |= ((TOUCHING[i / 64][i % 64] != 0) as u64) << (i % 64);
         i += 1;
     }
     table
 };
 
-/// Adds the bricks without values that disagree with a node of one of `bricks`.
+/// Adds the bricks without values that disagree with a node of one of `bricks`, which were just filled.
 fn find_disagreeing(
     fine: &Store<1>,
     octet: &Octet,
     bricks: u8,
-    inside: impl Fn(Coord) -> u8,
+    mut inside: impl FnMut(Coord) -> u8,
     found: &mut Vec<(Coord, u8)>,
 ) {
-    let mut around: [Option<(u8, u8)>; 27] = [None; 27];
+    let mut cursor = Cursor::default();
+    let around: [Option<&Octet>; 27] = std::array::from_fn(|i| fine.find(&mut cursor, plus(octet.at, offset(i))));
+    let filled_in = around.map(|o| o.map_or(0, |o| o.filled));
+    let filled = AROUND
+        .iter()
+        .enumerate()
+        .fold(0u64, |set, (n, &(octet, index))| set | u64::from(filled_in[usize::from(octet)] >> index & 1) << n);
+    let mut taken = [None; 27];
     for brick in ones(bricks.into()) {
         let Some(set) = fine.set(octet, brick, 0) else { continue };
-        for (d, touching) in TOUCHING {
-            let (at, index) = neighbour(octet.at, brick, d);
-            let offset: Coord = std::array::from_fn(|a| at[a] - octet.at[a] + 1);
-            let known = &mut around[(offset[0] + 3 * offset[1] + 9 * offset[2]) as usize];
-            let (filled, inside) = *known.get_or_insert_with(|| match fine.find(at) {
-                Some(other) => (other.filled, other.inside),
-                None => (0, inside(at)),
-            });
-            let expected = if inside >> index & 1 != 0 { touching } else { 0 };
-            if filled >> index & 1 == 0 && set & touching != expected {
+        for n in ones(RING[brick] & !filled) {
+            let (owner, index) = (usize::from(AROUND[n].0), AROUND[n].1);
+            let at = plus(octet.at, offset(owner));
+            let touching = TOUCHING[brick][n];
+            let expected = match set & touching {
+                0 => false,
+                all if all == touching => true,
+                _ => {
+                    found.push((at, 1 << index));
+                    continue;
+                }
+            };
+            let taken = *taken[owner].get_or_insert_with(|| around[owner].map_or_else(|| inside(at), |o| o.inside));
+            if (taken >> index & 1 != 0) != expected {
                 found.push((at, 1 << index));
             }
         }
     }
+}
+
+/// Offset of octet `i` of 27.
+const fn offset(i: usize) -> Coord {
+    [i as i32 % 3 - 1, i as i32 / 3 % 3 - 1, i as i32 / 9 - 1]
 }
 
 #[cfg(test)]

@@ -7,12 +7,15 @@
 use crate::{
     field::{Field, MAX_COLUMNS},
     lattice::{CHUNK, cover},
-    lookup::cells::{Cells, cell_index},
+    lookup::{
+        cells::{Cells, cell_index},
+        directory::Cursor,
+    },
     math::simd::{LANES, Simd},
 };
 
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
-const REACH_SQ: f32 = 1.000_01;
+pub(crate) const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
 const REACH: f64 = 1.000_02;
 
@@ -49,6 +52,12 @@ impl Candidates {
         std::array::from_fn(|c| if c < F::COLUMNS { &self.columns[c][..self.len] } else { &[][..] })
     }
 
+    /// The first two columns.
+    #[inline(always)]
+    pub(crate) fn first_columns(&self) -> [&[f32]; 2] {
+        [&self.columns[0][..self.len], &self.columns[1][..self.len]]
+    }
+
     /// Makes room for `more` candidates and the lanes that a last store spills.
     #[inline(always)]
     fn reserve(&mut self, columns: usize, more: usize) {
@@ -73,10 +82,11 @@ impl Candidates {
             cover(corner[a] + f64::from(place.low[a]) - REACH, corner[a] + f64::from(place.high[a]) + REACH, 1.0)
         });
         let chunks = range.each_ref().map(|r| r.start() >> CHUNK.ilog2()..=r.end() >> CHUNK.ilog2());
+        let mut cursor = Cursor::default();
         for cz in chunks[2].clone() {
             for cy in chunks[1].clone() {
                 for cx in chunks[0].clone() {
-                    let Some(chunk) = cells.chunk_at([cx, cy, cz]) else { continue };
+                    let Some(chunk) = cells.chunk_at(&mut cursor, [cx, cy, cz]) else { continue };
                     let local = |a: usize, c: i32| {
                         (range[a].start() - c * CHUNK).max(0)..=(range[a].end() - c * CHUNK).min(CHUNK - 1)
                     };

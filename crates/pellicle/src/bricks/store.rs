@@ -21,7 +21,10 @@ use crate::{
         simd::{FillOctet, Scratch},
     },
     lattice::Coord,
-    lookup::{Directory, cells::Cells},
+    lookup::{
+        cells::Cells,
+        directory::{Cursor, Directory},
+    },
     math::{ranges::for_each_part, simd::Unit},
     progress::Control,
 };
@@ -58,6 +61,8 @@ pub(crate) struct Octet {
 pub(crate) struct Store<const SETS: usize> {
     pub(crate) octets: Vec<Octet>,
     directory: Directory,
+    /// For [`want`](Self::want): requests come in runs of near ones.
+    cursor: Cursor,
     sets: Vec<[u64; SETS]>,
     values: Vec<Values>,
     slots: usize,
@@ -76,6 +81,7 @@ impl<const SETS: usize> Store<SETS> {
     pub(crate) fn clear(&mut self) {
         self.octets.clear();
         self.directory.clear();
+        self.cursor = Cursor::default();
         self.queue.clear();
         self.slots = 0;
     }
@@ -87,8 +93,8 @@ impl<const SETS: usize> Store<SETS> {
 
     /// The octet at these coordinates.
     #[inline]
-    pub(crate) fn find(&self, octet: Coord) -> Option<&Octet> {
-        self.directory.get(&octet).map(|&i| &self.octets[i as usize])
+    pub(crate) fn find(&self, cursor: &mut Cursor, octet: Coord) -> Option<&Octet> {
+        self.directory.get(cursor, octet).map(|i| &self.octets[i as usize])
     }
 
     /// The `set`-th set of a brick's nodes, if it is filled.
@@ -106,17 +112,34 @@ impl<const SETS: usize> Store<SETS> {
     /// Asks for bricks of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
     /// its bricks are inside as long as they are not filled.
     pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) {
-        let id = *self.directory.entry(at).or_insert_with(|| {
+        let id = self.directory.entry(&mut self.cursor, at);
+        if *id == NONE {
             let index = self.octets.len() as u32;
+            *id = index;
             self.octets.push(Octet { at, index, filled: 0, wanted: 0, inside: inside(at), slots: [NONE; 8] });
-            index
-        });
+        }
+        let id = *id;
         let octet = &mut self.octets[id as usize];
         let new = bricks & !octet.filled;
         if octet.wanted == 0 && new != 0 {
             self.queue.push(id);
         }
         octet.wanted |= new;
+    }
+
+    /// Bytes held by so many bricks in so many octets, values left out: octet, directory, crossings, order, signs.
+    pub(crate) fn bytes(octets: usize, bricks: usize) -> u64 {
+        400 * octets as u64 + 8 * bricks as u64
+    }
+
+    /// Number of octets, those without filled bricks included.
+    pub(crate) fn octet_count(&self) -> usize {
+        self.octets.len()
+    }
+
+    /// Gives the values' memory back.
+    pub(crate) fn drop_values(&mut self) {
+        self.values = Vec::new();
     }
 
     /// Whether bricks wait for the next round.

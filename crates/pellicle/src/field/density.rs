@@ -12,7 +12,10 @@
 use super::kernel::half_spline;
 use crate::{
     lattice::{CHUNK, plus},
-    lookup::cells::{CELLS, Cells, cell_index},
+    lookup::{
+        cells::{CELLS, Cells, cell_index},
+        directory::Cursor,
+    },
     math::{
         ranges::for_each_part,
         simd::{Kernel, LANES, Simd, Unit},
@@ -20,6 +23,8 @@ use crate::{
     progress::Control,
 };
 
+/// Particles summed side by side.
+const GROUP: usize = 4;
 /// Far enough from every chunk to contribute nothing.
 const NOWHERE: f32 = 1e3;
 
@@ -68,9 +73,16 @@ impl Kernel for Chunk<'_> {
                     continue;
                 }
                 near.collect(s, self.cells, &around, cell);
-                for i in members {
-                    let at = [self.cells.x[i], self.cells.y[i], self.cells.z[i]];
-                    self.to[i - base] = 1.0 / near.sum(s, at);
+                for group in members.clone().step_by(GROUP) {
+                    // A short last group repeats its last particle.
+                    let at: [_; GROUP] = std::array::from_fn(|g| {
+                        let i = (group + g).min(members.end - 1);
+                        [self.cells.x[i], self.cells.y[i], self.cells.z[i]]
+                    });
+                    let to = &mut self.to[group - base..(group + GROUP).min(members.end) - base];
+                    for (to, sum) in to.iter_mut().zip(near.sums(s, at)) {
+                        *to = 1.0 / sum;
+                    }
                 }
             }
         });
@@ -79,9 +91,10 @@ impl Kernel for Chunk<'_> {
 
 /// The 27 chunks around one, itself in the middle, x fastest.
 fn neighbours(cells: &Cells, chunk: usize) -> [Option<usize>; 27] {
+    let mut cursor = Cursor::default();
     std::array::from_fn(|i| {
         let d = [i % 3, i / 3 % 3, i / 9].map(|v| v as i32 - 1);
-        if d == [0; 3] { Some(chunk) } else { cells.chunk_at(plus(cells.chunks[chunk], d)) }
+        if d == [0; 3] { Some(chunk) } else { cells.chunk_at(&mut cursor, plus(cells.chunks[chunk], d)) }
     })
 }
 
@@ -135,21 +148,22 @@ impl Near {
         self.len += run.len();
     }
 
-    /// Σ g over the collected particles.
+    /// Σ g over the collected particles, for a group of particles at once: each vector is loaded once for all, and the
+    /// square roots of one hide behind those of the others.
     #[inline(always)]
-    fn sum<S: Simd>(&self, s: S, at: [f32; 3]) -> f32 {
-        let [x, y, z] = [s.splat(at[0]), s.splat(at[1]), s.splat(at[2])];
-        let mut sum = s.splat(0.0);
-        for i in (0..self.len).step_by(LANES) {
-            let d = [
-                s.sub(x, s.load(&self.axes[0][i..])),
-                s.sub(y, s.load(&self.axes[1][i..])),
-                s.sub(z, s.load(&self.axes[2][i..])),
-            ];
-            let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
-            sum = s.add(sum, half_spline(s, dist_sq));
+    fn sums<S: Simd>(&self, s: S, at: [[f32; 3]; GROUP]) -> [f32; GROUP] {
+        let len = self.len.next_multiple_of(LANES);
+        let [x, y, z] = self.axes.each_ref().map(|axis| axis[..len].chunks_exact(LANES));
+        let mut sums = [s.splat(0.0); GROUP];
+        for ((x, y), z) in x.zip(y).zip(z) {
+            let near = [s.load(x), s.load(y), s.load(z)];
+            for (sum, at) in sums.iter_mut().zip(at) {
+                let d: [_; 3] = std::array::from_fn(|a| s.sub(s.splat(at[a]), near[a]));
+                let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
+                *sum = s.add(*sum, half_spline(s, dist_sq));
+            }
         }
-        s.sum(sum)
+        sums.map(|sum| s.sum(sum))
     }
 }
 

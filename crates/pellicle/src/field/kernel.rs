@@ -38,7 +38,7 @@ pub(crate) fn half_spline_slope<S: Simd>(s: S, dist_sq: S::F) -> S::F {
 }
 
 /// g in plain form: the specification.
-#[inline]
+#[cfg(test)]
 pub(crate) fn half_spline_scalar(dist_sq: f32) -> f32 {
     let a = (1.0 - dist_sq.sqrt()).max(0.0);
     (a * a * a).min(0.5 - 3.0 * a * dist_sq)

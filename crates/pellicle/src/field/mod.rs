@@ -44,7 +44,7 @@ pub(crate) struct Bounds {
 pub(crate) trait Field: Sync {
     /// Numbers that a particle brings besides its position, at most [`MAX_COLUMNS`].
     const COLUMNS: usize;
-    /// Planes of 16 nodes to sum side by side: as many as leave the sums in registers; 1, 2 or 4.
+    /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1.
     const PLANES: usize;
     /// Sums of 16 nodes.
     type Sums<S: Simd>: Copy;

@@ -47,9 +47,10 @@ impl Field for Sph {
     }
 
     fn bounds(&self) -> Option<Bounds> {
-        // Between samples half a support radius apart the field of a jittered fluid was never seen to move by more than
-        // this; what decides is the test against the full evaluation. In a bulk thinner than the margin everything is
-        // evaluated, so a high isovalue costs time, not truth.
-        Some(Bounds { outside_below: self.iso - 0.35, inside_above: self.iso + 0.3 })
+        // No point is farther than 0.433 support radii from the nearest sample. A lone particle is the sharpest peak there
+        // is, and still worth 0.36 at that distance, so a bound of a third sees it. Holes are blunter, because the particles
+        // around one fill it in: on real frames every hole was seen with a margin of 0.2 (and all but 1 in 2000 vertices
+        // with none). A high isovalue leaves nothing above its bound and costs time, not truth.
+        Some(Bounds { outside_below: (0.5 * self.iso).min(0.33), inside_above: self.iso + 0.25 })
     }
 }

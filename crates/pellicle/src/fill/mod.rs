@@ -1,5 +1,6 @@
 //! Field values of bricks: the hot stage. `simd` is what runs, [`scalar`] what it must equal, bit for bit.
 
+pub(crate) mod points;
 #[cfg(test)]
 mod scalar;
 pub(crate) mod simd;

@@ -13,9 +13,9 @@
 
 use super::{Values, brick_box, brick_origin, corner, node_offset, octet_box};
 use crate::{
-    bricks::gather::Candidates,
+    bricks::gather::{Candidates, REACH_SQ},
     field::{Field, Row},
-    lattice::Coord,
+    lattice::{BRICK, Coord},
     lookup::cells::Cells,
     math::{
         bits::ones,
@@ -58,10 +58,13 @@ impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
         for ((brick, values), above) in ones(self.bricks.into()).zip(self.values).zip(self.above) {
             nearer.refine(s, near, F::COLUMNS, brick_box(brick, self.step));
             let first = brick_origin(brick);
-            match F::PLANES {
-                4 => fill_planes::<S, F, 4>(s, self.field, nearer, first, self.step, values),
-                2 => fill_planes::<S, F, 2>(s, self.field, nearer, first, self.step, values),
-                _ => fill_planes::<S, F, 1>(s, self.field, nearer, first, self.step, values),
+            // Where a brick is wider than the support most particles miss some planes. Where it is not, the branch costs
+            // more than the planes.
+            match (F::PLANES, self.step * f64::from(BRICK) > 1.0) {
+                (4, false) => fill_planes::<S, F, 4, false>(s, self.field, nearer, first, self.step, values),
+                (4, true) => fill_planes::<S, F, 4, true>(s, self.field, nearer, first, self.step, values),
+                (_, false) => fill_planes::<S, F, 1, false>(s, self.field, nearer, first, self.step, values),
+                (_, true) => fill_planes::<S, F, 1, true>(s, self.field, nearer, first, self.step, values),
             }
             for (above, &threshold) in above.iter_mut().zip(self.thresholds) {
                 *above = (0..4).fold(0, |set, k| {
@@ -74,7 +77,7 @@ impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
 
 /// The 64 values of the brick whose first node is `first`, `N` planes at a time.
 #[inline(always)]
-fn fill_planes<S: Simd, F: Field, const N: usize>(
+fn fill_planes<S: Simd, F: Field, const N: usize, const CULL: bool>(
     s: S,
     field: &F,
     near: &Candidates,
@@ -97,6 +100,9 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
             let row = Row { columns: &columns, particle };
             for k in 0..N {
                 let dz = z[k] - pz[particle];
+                if CULL && dz * dz > REACH_SQ {
+                    continue;
+                }
                 field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
             }
         }

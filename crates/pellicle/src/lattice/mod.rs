@@ -46,7 +46,8 @@ impl Lattice {
     /// A world position in support units.
     #[inline(always)]
     pub(crate) fn to_support_units(self, p: [f64; 3]) -> [f64; 3] {
-        p.map(|v| v / self.support)
+        let per_unit = 1.0 / self.support;
+        p.map(|v| v * per_unit)
     }
 
     /// Whether particle `index` can be placed: finite, and no index near it overflows.
@@ -102,10 +103,17 @@ pub(crate) fn morton(c: Coord) -> u128 {
     x | y << 1 | z << 2
 }
 
+/// The largest integer not above `v`, which must fit; without the call that `f64::floor` is on the oldest x86-64.
+#[inline(always)]
+pub(crate) fn floor(v: f64) -> i32 {
+    let cut = v as i32;
+    cut - i32::from(f64::from(cut) > v)
+}
+
 /// The integer box of `[low, high]` in units of `unit`.
 #[inline(always)]
 pub(crate) fn cover(low: f64, high: f64, unit: f64) -> std::ops::RangeInclusive<i32> {
-    (low / unit).floor() as i32..=(high / unit).floor() as i32
+    floor(low / unit)..=floor(high / unit)
 }
 
 #[cfg(test)]
@@ -128,6 +136,13 @@ mod tests {
             assert_eq!(morton(c), morton_bit_by_bit(c), "{c:?}");
         }
         assert!(morton([-1, 0, 0]) < morton([0, 0, 0]));
+    }
+
+    #[test]
+    fn floor_is_floor() {
+        for v in [-2.0, -1.5, -1e-300, 0.0, 0.99, 1.0, 1e9, -1e9 - 0.5] {
+            assert_eq!(f64::from(floor(v)), v.floor());
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! number of threads. Only chunks that hold a particle exist, so that a stray particle costs nothing.
 //!
 //! Guarantees: every particle is finite and within the lattice, else an error names the first that is not. Memory:
-//! 24 bytes a particle and about 300 a chunk.
+//! 20 bytes a particle and about 300 a chunk.
 //!
 //! Source: the sorted cells are those of Ihmsen et al. 2011, A Parallel SPH Implementation on Multi-Core CPUs, as Akinci
 //! et al. 2012, section 4.1, use them; two levels instead of one flat array keep them sparse.
@@ -20,10 +20,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::Directory;
+use super::directory::{Cursor, Directory};
 use crate::{
     Error, Positions,
-    lattice::{CHUNK, Coord, Lattice, morton},
+    lattice::{CHUNK, Coord, Lattice, floor, morton},
     math::{
         ranges::{PerItem, for_each_part},
         simd::LANES,
@@ -41,7 +41,9 @@ pub(crate) struct Cells {
     pub(crate) x: Vec<f32>,
     pub(crate) y: Vec<f32>,
     pub(crate) z: Vec<f32>,
-    pub(crate) order: Vec<u32>,
+    /// Padded for loads like the axes.
+    order: Vec<u32>,
+    len: usize,
     directory: Directory,
     by_chunk: Vec<AtomicU32>,
     chunk_start: Vec<u32>,
@@ -67,13 +69,19 @@ pub(crate) const fn cell_index(x: i32, y: i32, z: i32) -> usize {
 impl Cells {
     /// Number of particles.
     pub(crate) fn len(&self) -> usize {
-        self.order.len()
+        self.len
+    }
+
+    /// Each particle's index in the caller's order, as the bits of an `f32`: a column like any other, to be moved but not
+    /// computed with.
+    pub(crate) fn order_bits(&self) -> &[f32] {
+        bytemuck::cast_slice(&self.order)
     }
 
     /// Index of the chunk at these coordinates, if it holds particles.
     #[inline]
-    pub(crate) fn chunk_at(&self, chunk: Coord) -> Option<usize> {
-        self.directory.get(&chunk).map(|&i| i as usize)
+    pub(crate) fn chunk_at(&self, cursor: &mut Cursor, chunk: Coord) -> Option<usize> {
+        self.directory.get(cursor, chunk).map(|i| i as usize)
     }
 
     /// Range of the particles in cells `first..=last` of a chunk, both in one row.
@@ -87,10 +95,8 @@ impl Cells {
         self.run(chunk, 0, CELLS - 1)
     }
 
-    /// Bytes held.
-    pub(crate) fn bytes(particles: usize) -> u64 {
-        24 * particles as u64
-    }
+    /// Bytes that sorted particles take, chunks left out.
+    pub(crate) const BYTES_PER_PARTICLE: u64 = 20;
 
     /// Sorts the particles.
     ///
@@ -113,15 +119,16 @@ impl Cells {
     /// Each block finds its chunks and counts their particles; `order` holds each particle's chunk, numbered in its block.
     fn find_chunks(&mut self, positions: Positions<'_>, lattice: Lattice, block: usize) -> Result<(), Error> {
         let n = positions.len();
+        self.len = n;
         self.order.clear();
-        self.order.resize(n, 0);
+        self.order.resize(n + LANES, 0);
         self.blocks.resize_with(n.div_ceil(block), Block::default);
         let limit = lattice.limit();
-        self.blocks.par_iter_mut().zip(self.order.par_chunks_mut(block)).enumerate().for_each(
+        self.blocks.par_iter_mut().zip(self.order[..n].par_chunks_mut(block)).enumerate().for_each(
             |(b, (found, chunk_of))| {
                 found.clear();
                 // Particles come in runs of near ones: the last chunk is the next one's most of the time.
-                let (mut last, mut id) = ([i32::MIN; 3], 0);
+                let (mut last, mut id, mut cursor) = ([i32::MIN; 3], 0, Cursor::default());
                 for (i, chunk_of) in chunk_of.iter_mut().enumerate() {
                     let index = b * block + i;
                     let u = lattice.to_support_units(positions.get(index));
@@ -129,9 +136,9 @@ impl Cells {
                         found.error = lattice.check(index, positions.get(index)).err();
                         return;
                     }
-                    let chunk = u.map(|v| v.floor() as i32 >> CHUNK.ilog2());
+                    let chunk = u.map(|v| floor(v) >> CHUNK.ilog2());
                     if chunk != last {
-                        (last, id) = (chunk, found.id(chunk));
+                        (last, id) = (chunk, found.id(&mut cursor, chunk));
                     }
                     found.places[id as usize] += 1;
                     *chunk_of = id;
@@ -145,29 +152,34 @@ impl Cells {
     fn sort_chunks(&mut self) {
         self.directory.clear();
         self.chunks.clear();
+        let mut cursor = Cursor::default();
         for block in &self.blocks {
             for &chunk in &block.chunks {
-                self.directory.entry(chunk).or_insert_with(|| {
+                let id = self.directory.entry(&mut cursor, chunk);
+                if *id == u32::MAX {
+                    *id = 0;
                     self.chunks.push(chunk);
-                    0
-                });
+                }
             }
         }
         self.chunks.sort_by_cached_key(|&c| morton(c));
-        for (i, chunk) in self.chunks.iter().enumerate() {
-            self.directory.insert(*chunk, i as u32);
+        for (i, &chunk) in self.chunks.iter().enumerate() {
+            *self.directory.entry(&mut cursor, chunk) = i as u32;
         }
     }
 
     /// Scatters the particles' indices to their chunks, stably: block after block.
     fn place_by_chunk(&mut self, block: usize) {
-        let n = self.order.len();
+        let n = self.len;
         self.cell_start.clear();
         self.cell_start.resize(self.chunks.len() * CELLS + 1, 0);
+        let mut cursor = Cursor::default();
+        let directory = &self.directory;
+        let mut first_cell = |chunk: Coord| directory.get(&mut cursor, chunk).map_or(0, |i| i as usize * CELLS);
         // While the counts are summed, the first cell of each chunk holds the chunk's own count.
         for found in &self.blocks {
-            for (chunk, count) in found.chunks.iter().zip(&found.places) {
-                self.cell_start[self.directory[chunk] as usize * CELLS] += count;
+            for (&chunk, count) in found.chunks.iter().zip(&found.places) {
+                self.cell_start[first_cell(chunk)] += count;
             }
         }
         let mut start = 0;
@@ -175,8 +187,8 @@ impl Cells {
             start += std::mem::replace(first, start);
         }
         for found in &mut self.blocks {
-            for (chunk, place) in found.chunks.iter().zip(&mut found.places) {
-                let next = &mut self.cell_start[self.directory[chunk] as usize * CELLS];
+            for (&chunk, place) in found.chunks.iter().zip(&mut found.places) {
+                let next = &mut self.cell_start[first_cell(chunk)];
                 *next += std::mem::replace(place, *next);
             }
         }
@@ -188,19 +200,21 @@ impl Cells {
 
         self.by_chunk.resize_with(n.max(self.by_chunk.len()), AtomicU32::default);
         let by_chunk = &self.by_chunk;
-        self.blocks.par_iter_mut().zip(self.order.par_chunks(block)).enumerate().for_each(|(b, (found, chunk_of))| {
-            for (i, &id) in chunk_of.iter().enumerate() {
-                let place = &mut found.places[id as usize];
-                // Places are disjoint; the atomic only says so to the compiler.
-                by_chunk[*place as usize].store((b * block + i) as u32, Ordering::Relaxed);
-                *place += 1;
-            }
-        });
+        self.blocks.par_iter_mut().zip(self.order[..n].par_chunks(block)).enumerate().for_each(
+            |(b, (found, chunk_of))| {
+                for (i, &id) in chunk_of.iter().enumerate() {
+                    let place = &mut found.places[id as usize];
+                    // Places are disjoint; the atomic only says so to the compiler.
+                    by_chunk[*place as usize].store((b * block + i) as u32, Ordering::Relaxed);
+                    *place += 1;
+                }
+            },
+        );
     }
 
     /// Sorts each chunk's particles by cell and writes their offsets.
     fn place_by_cell(&mut self, positions: Positions<'_>, lattice: Lattice) {
-        let n = self.order.len();
+        let n = self.len;
         for axis in [&mut self.x, &mut self.y, &mut self.z] {
             axis.resize(n + LANES, 0.0);
         }
@@ -209,7 +223,7 @@ impl Cells {
         let (chunks, starts, by_chunk) = (&self.chunks, &self.chunk_start, &self.by_chunk);
         let data = (
             (&mut self.x[..n], &mut self.y[..n], &mut self.z[..n]),
-            &mut self.order[..],
+            &mut self.order[..n],
             PerItem(&mut self.cell_start[..chunks.len() * CELLS], CELLS),
         );
         for_each_part(0..chunks.len(), data, &|c| starts[c] as usize, &|c, ((x, y, z), order, cell_start)| {
@@ -253,12 +267,14 @@ impl Block {
     }
 
     /// Number of a chunk in this block, given at its first appearance.
-    fn id(&mut self, chunk: Coord) -> u32 {
-        *self.directory.entry(chunk).or_insert_with(|| {
+    fn id(&mut self, cursor: &mut Cursor, chunk: Coord) -> u32 {
+        let id = self.directory.entry(cursor, chunk);
+        if *id == u32::MAX {
+            *id = self.chunks.len() as u32;
             self.chunks.push(chunk);
             self.places.push(0);
-            self.chunks.len() as u32 - 1
-        })
+        }
+        *id
     }
 }
 
@@ -282,7 +298,7 @@ mod tests {
             cells.build((&positions[..n]).into(), lattice).unwrap();
             let mut seen = vec![false; n];
             for (c, chunk) in cells.chunks.iter().enumerate() {
-                assert_eq!(cells.chunk_at(*chunk), Some(c));
+                assert_eq!(cells.chunk_at(&mut Cursor::default(), *chunk), Some(c));
                 for cell in 0..CELLS {
                     let run = cells.run(c, cell, cell);
                     assert!(cells.order[run.clone()].is_sorted());

@@ -21,6 +21,13 @@ pub(crate) struct Crossings {
     pub(crate) base: u32,
 }
 
+impl Crossings {
+    /// Number of vertices.
+    pub(crate) fn vertices(&self) -> u32 {
+        self.edges.iter().map(|set| set.count_ones()).sum()
+    }
+}
+
 /// One octet that has crossings or triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part {
@@ -64,6 +71,13 @@ impl Counted {
         self.parts.last().map_or(0, |end| end.first_vertex as usize)
     }
 
+    /// Number of bricks that hold a crossing.
+    pub(crate) fn crossed_bricks(&self) -> usize {
+        let parts = self.parts.split_last().map_or(&[][..], |(_, parts)| parts);
+        let octets = parts.iter().map(|part| &self.crossings[part.octet as usize]);
+        octets.flatten().filter(|brick| brick.edges != [0; 3]).count()
+    }
+
     /// Number of triangles.
     pub(crate) fn triangles(&self) -> u64 {
         self.parts.last().map_or(0, |end| end.first_triangle)
@@ -101,7 +115,7 @@ impl Counted {
             let (first_vertex, first_triangle) = (vertices, triangles);
             for brick in &mut self.crossings[octet as usize] {
                 brick.base = vertices as u32;
-                vertices += brick.edges.iter().map(|e| u64::from(e.count_ones())).sum::<u64>();
+                vertices += u64::from(brick.vertices());
             }
             triangles += u64::from(self.triangles[octet as usize]);
             if vertices > first_vertex || triangles > first_triangle {

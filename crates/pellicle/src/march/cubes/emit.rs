@@ -9,9 +9,10 @@ use crate::{
     bricks::store::{Octet, Store},
     fill::brick_origin,
     lattice::{Coord, OCTET},
+    lookup::directory::Cursor,
     march::tables::{CASES, edge_corner},
     math::{
-        bits::{corner_sets, ones},
+        bits::{corner_sets, ones, side_mask},
         simd::{Kernel, Simd},
     },
 };
@@ -26,6 +27,8 @@ pub(crate) struct Frame {
 /// Writes the vertices of one octet.
 pub(crate) struct Vertices<'a> {
     pub(crate) store: &'a Store<1>,
+    /// Where the values of [`needed`] bricks are: the same store, or one that holds just those.
+    pub(crate) values: &'a Store<1>,
     pub(crate) counted: &'a Counted,
     pub(crate) part: Part,
     pub(crate) iso: f32,
@@ -39,15 +42,16 @@ impl Kernel for Vertices<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let octet = &self.store.octets[self.part.octet as usize];
-        let above = above(self.store, octet);
+        let at = self.store.octets[self.part.octet as usize].at;
+        let Some(octet) = self.values.find(&mut Cursor::default(), at) else { return };
+        let above = above(self.values, octet);
         let mut to = self.to.iter_mut();
         for brick in ones(octet.filled.into()) {
             let crossings = self.counted.crossings(self.part.octet, brick);
             if crossings.edges == [0; 3] {
                 continue;
             }
-            let here = self.store.values(octet, brick);
+            let here = self.values.values(octet, brick);
             let first: [f64; 3] = std::array::from_fn(|a| {
                 f64::from(octet.at[a]) * f64::from(OCTET) + f64::from(brick_origin(brick)[a] - self.frame.origin[a])
             });
@@ -56,7 +60,7 @@ impl Kernel for Vertices<'_> {
             for axis in 0..3 {
                 let stride = 1 << (2 * axis);
                 let (owner, index) = brick_above(brick, 1 << axis);
-                let next = above[owner].filter(|o| o.filled >> index & 1 != 0).map(|o| self.store.values(o, index));
+                let next = above[owner].filter(|o| o.filled >> index & 1 != 0).map(|o| self.values.values(o, index));
                 for (node, to) in ones(crossings.edges[axis]).zip(&mut to) {
                     let local = [node & 3, node >> 2 & 3, node >> 4];
                     let a = here[node];
@@ -67,6 +71,26 @@ impl Kernel for Vertices<'_> {
                     *to = std::array::from_fn(|a| nodes[a][local[a]]);
                     to[axis] = place(axis, local[axis] as f64 + f64::from(t));
                 }
+            }
+        }
+    }
+}
+
+/// Asks `values` for the bricks whose values the vertices of one octet depend on.
+pub(crate) fn want_needed(store: &Store<1>, counted: &Counted, part: Part, values: &mut Store<1>) {
+    let octet = &store.octets[part.octet as usize];
+    for brick in ones(octet.filled.into()) {
+        let crossings = counted.crossings(part.octet, brick);
+        for axis in 0..3 {
+            if crossings.edges[axis] == 0 {
+                continue;
+            }
+            values.want(octet.at, 1 << brick, |_| 0);
+            let last = side_mask(std::array::from_fn(|a| i32::from(a == axis)));
+            if crossings.edges[axis] & last != 0 {
+                let (owner, index) = brick_above(brick, 1 << axis);
+                let at = std::array::from_fn(|a| octet.at[a] + (owner >> a & 1) as i32);
+                values.want(at, 1 << index, |_| 0);
             }
         }
     }

@@ -18,10 +18,8 @@ pub(crate) mod count;
 pub(crate) mod emit;
 
 use crate::{
-    bricks::{
-        band::neighbour,
-        store::{Octet, Store},
-    },
+    bricks::store::{Octet, Store},
+    lookup::directory::Cursor,
     math::bits::side_mask,
 };
 
@@ -30,16 +28,21 @@ pub(crate) type Above<'a> = [Option<&'a Octet>; 8];
 
 /// The octet and those above it.
 pub(crate) fn above<'a>(store: &'a Store<1>, octet: &'a Octet) -> Above<'a> {
+    let mut cursor = Cursor::default();
     std::array::from_fn(|c| {
-        if c == 0 { Some(octet) } else { store.find(std::array::from_fn(|a| octet.at[a] + (c >> a & 1) as i32)) }
+        if c == 0 {
+            Some(octet)
+        } else {
+            store.find(&mut cursor, std::array::from_fn(|a| octet.at[a] + (c >> a & 1) as i32))
+        }
     })
 }
 
 /// Where the brick at offset `c` from a brick lies: its place in [`Above`], and its index there.
 #[inline(always)]
 pub(crate) fn brick_above(brick: usize, c: usize) -> (usize, usize) {
-    let (octet, index) = neighbour([0; 3], brick, std::array::from_fn(|a| (c >> a & 1) as i32));
-    ((octet[0] | octet[1] << 1 | octet[2] << 2) as usize, index)
+    // Where both bits are set along an axis the sum is 2: the lower brick of the octet above.
+    (brick & c, brick ^ c)
 }
 
 /// The nodes that touch the brick at offset `c`.
