@@ -48,7 +48,9 @@ pub enum Error {
         expected: usize,
     },
     /// The work needs more memory than the caller allows.
-    #[error("{what} needs {needed} bytes, {available} are allowed: raise the memory limit to at least {needed} bytes, or use a larger cell")]
+    #[error(
+        "{what} needs {needed} bytes, {available} are allowed: raise the memory limit to at least {needed} bytes, or use a larger cell"
+    )]
     Memory {
         /// What the memory is for.
         what: &'static str,

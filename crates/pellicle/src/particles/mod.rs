@@ -11,8 +11,14 @@ enum View<'a> {
     F32(&'a [[f32; 3]]),
     F64(&'a [[f64; 3]]),
     /// `values[i * stride ..][.. 3]` is particle i.
-    Strided32 { values: &'a [f32], stride: usize },
-    Strided64 { values: &'a [f64], stride: usize },
+    Strided32 {
+        values: &'a [f32],
+        stride: usize,
+    },
+    Strided64 {
+        values: &'a [f64],
+        stride: usize,
+    },
 }
 
 impl<'a> Positions<'a> {
