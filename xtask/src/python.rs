@@ -20,7 +20,9 @@ pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
         }
     };
     let mut command = Command::new(python);
-    command.args(["-m", "pytest", "tests", "-q", "-rs", "--color=no", "-p", "no:cacheprovider"]);
+    command.args(["-m", "pytest", "tests", "-q", "-rs", "--tb=short", "--color=no"]);
+    command.args(["-p", "no:cacheprovider", "-o", "tmp_path_retention_policy=failed"]);
+    command.arg("--basetemp").arg(target.join("pytest"));
     command.current_dir(root).env("PELLICLE_BIN", binary).env("PYTHONDONTWRITEBYTECODE", "1");
     if extent == Extent::All {
         command.env("PELLICLE_SLOW", "1");
