@@ -6,9 +6,11 @@
 //! | `size` | no file over 500 lines |
 //! | `safety` | `unsafe` only where it is listed, each use with its reason |
 //! | `sources` | a method module says where its method is from |
+//! | `dependencies` | each dependency has its line in `docs/dependencies.md` |
 //! | `words` | nothing unfinished; the libraries print nothing, the core opens no files and reads no clock |
 
 mod arrows;
+mod dependencies;
 mod safety;
 mod size;
 mod source;
@@ -47,11 +49,16 @@ pub fn run(root: &Path) -> bool {
 
 fn check(files: &[SourceFile]) -> Vec<Problem> {
     let roots = arrows::Roots::of(files);
-    files
-        .iter()
-        .flat_map(|file| {
-            let rules = [arrows::check(file, &roots), size::check(file), safety::check(file)];
-            rules.into_iter().chain([sources::check(file), words::check(file)]).flatten()
-        })
-        .collect()
+    let explained = dependencies::Explained::of(files);
+    let rules = |file| {
+        [
+            arrows::check(file, &roots),
+            size::check(file),
+            safety::check(file),
+            sources::check(file),
+            dependencies::check(file, &explained),
+            words::check(file),
+        ]
+    };
+    files.iter().flat_map(rules).flatten().collect()
 }

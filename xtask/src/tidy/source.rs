@@ -7,7 +7,7 @@ use super::Problem;
 /// Folders that hold no source of ours.
 const NOT_OURS: [&str; 4] = ["target", "node_modules", "__pycache__", "venv"];
 /// Kinds of files that the rules are about.
-const KINDS: [&str; 4] = ["rs", "py", "sh", "wgsl"];
+const KINDS: [&str; 6] = ["rs", "py", "sh", "wgsl", "toml", "md"];
 
 /// One file. `code` and `tested` have the same lines as `text`, so that line numbers agree.
 pub struct SourceFile {
