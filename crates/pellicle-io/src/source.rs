@@ -13,13 +13,24 @@ use crate::scalar::{Encoding, Endian, Scalar};
 /// Bytes read at a time: few system calls, and still within the second level cache.
 const CAPACITY: usize = 256 << 10;
 /// Longest line that is taken for a line of text.
-pub(crate) const MAX_LINE: usize = 64 << 10;
+const MAX_LINE: usize = 64 << 10;
 /// Longest word that is taken for a number or a name.
 const MAX_TOKEN: usize = 4 << 10;
 /// Deflate cannot make data smaller than by this factor.
 pub(crate) const MAX_INFLATION: u64 = 1032;
 /// Bytes that are reserved ahead for compressed data, whose size says little about their content.
 const MAX_RESERVE_INFLATED: usize = 1 << 20;
+
+/// Content of this size is inflated whatever it was compressed to.
+const FREE_INFLATION: u64 = 64 << 20;
+/// Beyond it, the content may be larger than the file by this factor. Particles at rest on a grid reach 20.
+const RATIO: u64 = 100;
+
+/// How many bytes are read of the content of a compressed file of `len` bytes.
+pub(crate) fn inflated_limit(len: u64) -> u64 {
+    let possible = len.saturating_mul(MAX_INFLATION);
+    possible.min(FREE_INFLATION.saturating_add(len.saturating_mul(RATIO)))
+}
 
 enum Input<'a> {
     File(File),

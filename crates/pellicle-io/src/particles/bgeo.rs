@@ -16,29 +16,18 @@ use crate::error::Error;
 use crate::formats::detect::{self, GZIP};
 use crate::formats::names::{self, Group, Groups};
 use crate::scalar::{Encoding, Endian, Scalar};
-use crate::source::{self, MAX_INFLATION, Source};
+use crate::source::{self, Source};
 
 /// Attributes that a file may declare, and numbers that one attribute may have: more is damage.
 const MAX_ATTRIBUTES: u32 = 4096;
-/// Content of this size is inflated whatever it was compressed to.
-const FREE_INFLATION: u64 = 64 << 20;
-/// Beyond it, the content may be larger than the file by this factor. Particles at rest on a grid reach 20.
-const RATIO: u64 = 100;
-
 pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut source = Source::open(path)?;
     if source.peek(2)?.starts_with(&GZIP) {
         let (file, len) = source::open(path)?;
-        let mut source = Source::inflating(path, GzDecoder::new(file), inflated_limit(len));
+        let mut source = Source::inflating(path, GzDecoder::new(file), source::inflated_limit(len));
         return read_points(&mut source, options);
     }
     read_points(&mut source, options)
-}
-
-/// How much of a compressed file's content is read.
-fn inflated_limit(len: u64) -> u64 {
-    let possible = len.saturating_mul(MAX_INFLATION);
-    possible.min(FREE_INFLATION.saturating_add(len.saturating_mul(RATIO)))
 }
 
 fn read_points(source: &mut Source<'_>, options: &ReadOptions) -> Result<Particles, Error> {

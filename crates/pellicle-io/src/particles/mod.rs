@@ -10,6 +10,8 @@ mod ply;
 mod table;
 mod vtk;
 mod vtu;
+mod vtu_data;
+mod vtu_markup;
 mod xyz;
 
 use std::borrow::Cow;

@@ -17,6 +17,14 @@ impl PositionData {
         }
     }
 
+    /// Makes room for `more` positions.
+    pub(super) fn reserve(&mut self, more: usize) {
+        match self {
+            PositionData::F32(positions) => positions.reserve_exact(more),
+            PositionData::F64(positions) => positions.reserve_exact(more),
+        }
+    }
+
     /// Appends one position per record.
     pub(super) fn append(&mut self, records: Records<'_>, fields: &[Field; 3]) {
         match self {
@@ -82,6 +90,16 @@ impl AttributeValues {
             AttributeValues::F64(values) => decode_component(&mut values[first..], at, of, records, field),
             AttributeValues::I32(values) => decode_component(&mut values[first..], at, of, records, field),
             AttributeValues::I64(values) => decode_component(&mut values[first..], at, of, records, field),
+        }
+    }
+
+    /// Makes room for `more` values.
+    pub(super) fn reserve(&mut self, more: usize) {
+        match self {
+            AttributeValues::F32(values) => values.reserve_exact(more),
+            AttributeValues::F64(values) => values.reserve_exact(more),
+            AttributeValues::I32(values) => values.reserve_exact(more),
+            AttributeValues::I64(values) => values.reserve_exact(more),
         }
     }
 
