@@ -12,9 +12,12 @@ mod particles;
 mod positional;
 mod scalar;
 mod source;
+mod table;
 
 pub use error::{Error, Place};
-pub use meshes::{PlyFile, PlyLayout, WriteOptions, check_mesh_format, check_writable, remove_temporaries, write_mesh};
+pub use meshes::{
+    PlyFile, PlyLayout, WriteOptions, check_mesh_format, check_writable, read_mesh, remove_temporaries, write_mesh,
+};
 pub use particles::{
     AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions, read_particles,
 };

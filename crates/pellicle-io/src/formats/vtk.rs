@@ -280,6 +280,25 @@ impl Reader {
         self.source.room(tuples, Source::least_bytes(self.encoding, &vec![scalar; components]), what)
     }
 
+    /// Reads the types of cells.
+    pub(crate) fn read_cell_types(
+        &mut self,
+        count: u64,
+        mut each: impl FnMut(&Source<'_>, i64) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.room(Scalar::I32, 1, count, "cell types")?;
+        for _ in 0..count {
+            let kind = self.integer(Scalar::I32)?;
+            each(&self.source, kind)?;
+        }
+        Ok(())
+    }
+
+    /// Passes over the types of cells.
+    pub(crate) fn skip_cell_types(&mut self, count: u64) -> Result<(), Error> {
+        self.skip_numbers(Scalar::I32, count, "cell types")
+    }
+
     /// Passes over an array.
     pub(crate) fn skip_array(&mut self, array: &Array) -> Result<(), Error> {
         let values = array.tuples.saturating_mul(array.components as u64);

@@ -3,8 +3,14 @@
 //! Every output is written under a temporary name in its folder and renamed when it is complete, so that a file of
 //! the final name is always whole. The bytes depend on nothing but the mesh and the options.
 
-pub(crate) mod temporary;
+mod assemble;
+mod read_obj;
+mod read_ply;
+mod read_vtk;
+mod temporary;
+mod write_obj;
 mod write_ply;
+mod write_vtk;
 
 use std::path::Path;
 
@@ -25,7 +31,7 @@ pub struct WriteOptions {
 }
 
 /// Writes a mesh in the format that the extension of `path` names: PLY (binary, little-endian), OBJ, or legacy VTK
-/// (binary). World positions are written: in single precision if the mesh's origin is zero, else in double precision.
+/// (binary). OBJ has no room for attributes other than normals: they are left out. World positions are written: in single precision if the mesh's origin is zero, else in double precision.
 ///
 /// # Errors
 /// [`Error::Unsupported`] for another extension, [`Error::Length`] if normals or attributes do not match the number
@@ -36,9 +42,24 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<()
     check_lengths(path, mesh)?;
     match format {
         MeshFormat::Ply => write_ply::write(path, mesh, options),
-        MeshFormat::Obj | MeshFormat::Vtk => {
-            Err(Error::Unsupported { path: path.into(), what: "only .ply is written so far".into() })
-        }
+        MeshFormat::Obj => write_obj::write(path, mesh, options),
+        MeshFormat::Vtk => write_vtk::write(path, mesh, options),
+    }
+}
+
+/// Reads a mesh from PLY, OBJ or legacy VTK, by the file's extension.
+///
+/// Faces of more than three corners become fans of triangles, which is right for convex ones. Positions in double
+/// precision become an origin and offsets such that no more than the last bit of an offset is lost. Normals and other
+/// values of the vertices are read where the format has them.
+///
+/// # Errors
+/// As [`read_particles`](crate::read_particles).
+pub fn read_mesh(path: &Path) -> Result<Mesh, Error> {
+    match detect::mesh(path, "meshes are read from")? {
+        MeshFormat::Ply => read_ply::read(path),
+        MeshFormat::Obj => read_obj::read(path),
+        MeshFormat::Vtk => read_vtk::read(path),
     }
 }
 

@@ -10,13 +10,13 @@ use std::path::Path;
 
 use flate2::read::GzDecoder;
 
-use super::table::Table;
 use super::{Particles, ReadOptions};
 use crate::error::Error;
 use crate::formats::detect::{self, GZIP};
 use crate::formats::names::{self, Group, Groups};
 use crate::scalar::{Encoding, Endian, Scalar};
 use crate::source::{self, Source};
+use crate::table::Table;
 
 /// Attributes that a file may declare, and numbers that one attribute may have: more is damage.
 const MAX_ATTRIBUTES: u32 = 4096;

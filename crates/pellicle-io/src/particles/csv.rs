@@ -8,12 +8,12 @@
 
 use std::path::Path;
 
-use super::table::Table;
 use super::{Particles, ReadOptions};
 use crate::error::Error;
 use crate::formats::names::{self, Groups};
 use crate::scalar::{Endian, Scalar};
 use crate::source::Source;
+use crate::table::Table;
 
 /// Columns that a file may have.
 const MAX_COLUMNS: usize = 4096;

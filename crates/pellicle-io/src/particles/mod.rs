@@ -6,9 +6,8 @@
 mod bgeo;
 mod csv;
 mod npy;
-mod ply;
-mod table;
-mod vtk;
+pub(crate) mod ply;
+pub(crate) mod vtk;
 mod vtu;
 mod vtu_data;
 mod vtu_markup;
@@ -147,7 +146,7 @@ pub struct ReadOptions {
 
 impl ReadOptions {
     /// Whether the attribute is to be read that is `name` in memory and `original` in the file.
-    fn wants(&self, name: &str, original: &str) -> bool {
+    pub(crate) fn wants(&self, name: &str, original: &str) -> bool {
         match &self.attributes {
             AttributeChoice::Velocity => name == "velocity",
             AttributeChoice::All => true,
@@ -157,7 +156,11 @@ impl ReadOptions {
     }
 
     /// Checks that every attribute asked for by name is among `(name, original)`.
-    fn check<'a>(&self, path: &Path, found: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> Result<(), Error> {
+    pub(crate) fn check<'a>(
+        &self,
+        path: &Path,
+        found: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+    ) -> Result<(), Error> {
         let AttributeChoice::Names(names) = &self.attributes else { return Ok(()) };
         for name in names {
             if !found.clone().any(|(n, original)| n == name || original == name) {

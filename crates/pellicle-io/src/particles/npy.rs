@@ -7,13 +7,13 @@
 
 use std::path::Path;
 
-use super::table::Table;
 use super::{AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions, xyz};
 use crate::error::Error;
 use crate::formats::detect;
 use crate::formats::names::{Group, Groups};
 use crate::scalar::{Encoding, Endian, Field, Records, Scalar};
 use crate::source::{self, Source};
+use crate::table::Table;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 

@@ -1,13 +1,13 @@
-//! PLY particles: the `vertex` element, wherever it stands in the file.
+//! PLY particles: the `vertex` element, wherever it stands in the file. The vertices of meshes are read here too.
 
 use std::path::Path;
 
-use super::table::Table;
 use super::{Particles, ReadOptions};
 use crate::error::Error;
 use crate::formats::names;
 use crate::formats::ply::{self, Element};
 use crate::source::Source;
+use crate::table::Table;
 
 pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut source = Source::open(path)?;
@@ -21,7 +21,8 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
     read_vertices(&mut source, &header, &header.elements[at], options)
 }
 
-fn read_vertices(
+/// Reads the vertices, which come next.
+pub(crate) fn read_vertices(
     source: &mut Source<'_>,
     header: &ply::Header,
     element: &Element,

@@ -1,4 +1,5 @@
-//! Legacy VTK particles: the points of a POLYDATA or UNSTRUCTURED_GRID and their POINT_DATA.
+//! Legacy VTK particles: the points of a POLYDATA or UNSTRUCTURED_GRID and their POINT_DATA. The points of meshes are
+//! read here too.
 
 use std::path::Path;
 
@@ -27,16 +28,7 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
             }
             Section::Points { count, scalar } => positions = Some(read_points(&mut reader, count, scalar)?),
             Section::Cells(cells) => reader.skip_cells(cells)?,
-            Section::CellTypes { count } => {
-                let types = Array {
-                    name: String::new(),
-                    components: 1,
-                    tuples: count,
-                    content: Content::Numbers(Scalar::I32),
-                    is_of_points: false,
-                };
-                reader.skip_array(&types)?;
-            }
+            Section::CellTypes { count } => reader.skip_cell_types(count)?,
             Section::Array(array) => {
                 let points = positions.as_ref().map(PositionData::len);
                 if let Some(attribute) = read_array(&mut reader, &array, points, options, &mut names)? {
@@ -50,7 +42,8 @@ pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
     Ok(Particles { positions, attributes })
 }
 
-fn read_points(reader: &mut Reader, count: u64, scalar: Scalar) -> Result<PositionData, Error> {
+/// Reads the points, which come next.
+pub(crate) fn read_points(reader: &mut Reader, count: u64, scalar: Scalar) -> Result<PositionData, Error> {
     let mut positions = PositionData::of([scalar], reader.room(scalar, 3, count, "points")?);
     let size = scalar.size();
     let fields = [0, size, 2 * size].map(|offset| Field { offset, scalar });
@@ -62,7 +55,7 @@ fn read_points(reader: &mut Reader, count: u64, scalar: Scalar) -> Result<Positi
 }
 
 /// Reads an array if it is asked for, and passes over it otherwise.
-fn read_array(
+pub(crate) fn read_array(
     reader: &mut Reader,
     array: &Array,
     points: Option<usize>,

@@ -40,7 +40,7 @@ pub(super) fn open<'a>(
     };
     let available = if is_base64 { part.len() as u64 / 4 * 3 + 3 } else { part.len() as u64 };
     let stream: Box<dyn Read + 'a> = if is_base64 { Box::new(Base64::new(part)) } else { Box::new(part) };
-    let mut sizes = Sizes { path, start: start as u64, name: &array.name, document, stream };
+    let sizes = Sizes { path, start: start as u64, name: &array.name, document, stream };
     let source = if document.is_compressed { sizes.compressed(available)? } else { sizes.plain(available, size)? };
     Ok((source, Encoding::Binary(document.endian)))
 }

@@ -15,7 +15,8 @@ pub fn data() -> Option<PathBuf> {
         return Some(folder);
     }
     // Not by eprintln, whose output the test harness swallows.
-    let _ = writeln!(std::io::stderr(), "SKIPPED: no real data at {}; set PELLICLE_DATA to their folder", folder.display());
+    let _ =
+        writeln!(std::io::stderr(), "SKIPPED: no real data at {}; set PELLICLE_DATA to their folder", folder.display());
     None
 }
 

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::{AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions};
 use crate::error::Error;
 use crate::formats::names::Groups;
+use crate::particles::{AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions};
 use crate::scalar::{Endian, Field, Kind, Records, Scalar, decode, decode_component};
 
 impl PositionData {
     /// Empty, of the precision that holds all of `scalars`.
-    pub(super) fn of(scalars: impl IntoIterator<Item = Scalar>, capacity: usize) -> PositionData {
+    pub(crate) fn of(scalars: impl IntoIterator<Item = Scalar>, capacity: usize) -> PositionData {
         if scalars.into_iter().all(Scalar::fits_f32) {
             PositionData::F32(Vec::with_capacity(capacity))
         } else {
@@ -18,7 +18,7 @@ impl PositionData {
     }
 
     /// Makes room for `more` positions.
-    pub(super) fn reserve(&mut self, more: usize) {
+    pub(crate) fn reserve(&mut self, more: usize) {
         match self {
             PositionData::F32(positions) => positions.reserve_exact(more),
             PositionData::F64(positions) => positions.reserve_exact(more),
@@ -26,7 +26,7 @@ impl PositionData {
     }
 
     /// Appends one position per record.
-    pub(super) fn append(&mut self, records: Records<'_>, fields: &[Field; 3]) {
+    pub(crate) fn append(&mut self, records: Records<'_>, fields: &[Field; 3]) {
         match self {
             PositionData::F32(out) => {
                 let old = out.len();
@@ -42,7 +42,7 @@ impl PositionData {
     }
 
     /// Sets one coordinate of the particles from `first` on, which must exist.
-    pub(super) fn set(&mut self, first: usize, axis: usize, records: Records<'_>, field: Field) {
+    pub(crate) fn set(&mut self, first: usize, axis: usize, records: Records<'_>, field: Field) {
         match self {
             PositionData::F32(out) => decode_component(out[first..].as_flattened_mut(), axis, 3, records, field),
             PositionData::F64(out) => decode_component(out[first..].as_flattened_mut(), axis, 3, records, field),
@@ -52,7 +52,7 @@ impl PositionData {
 
 impl AttributeValues {
     /// Empty, of a type that holds all of `scalars`.
-    pub(super) fn of(scalars: impl IntoIterator<Item = Scalar>, capacity: usize) -> AttributeValues {
+    pub(crate) fn of(scalars: impl IntoIterator<Item = Scalar>, capacity: usize) -> AttributeValues {
         let joined = scalars.into_iter().map(Scalar::kind).reduce(|a, b| match (a, b) {
             (a, b) if a == b => a,
             (Kind::I32 | Kind::I64, Kind::I32 | Kind::I64) => Kind::I64,
@@ -67,7 +67,7 @@ impl AttributeValues {
     }
 
     /// Appends `fields.len()` values per record.
-    pub(super) fn append(&mut self, records: Records<'_>, fields: &[Field]) {
+    pub(crate) fn append(&mut self, records: Records<'_>, fields: &[Field]) {
         fn grow<T: Clone + Default>(values: &mut Vec<T>, by: usize) -> &mut [T] {
             let old = values.len();
             values.resize(old + by, T::default());
@@ -83,7 +83,7 @@ impl AttributeValues {
     }
 
     /// Sets one component of `components`, from value `first` on.
-    pub(super) fn set(&mut self, first: usize, component: (usize, usize), records: Records<'_>, field: Field) {
+    pub(crate) fn set(&mut self, first: usize, component: (usize, usize), records: Records<'_>, field: Field) {
         let (at, of) = component;
         match self {
             AttributeValues::F32(values) => decode_component(&mut values[first..], at, of, records, field),
@@ -94,7 +94,7 @@ impl AttributeValues {
     }
 
     /// Makes room for `more` values.
-    pub(super) fn reserve(&mut self, more: usize) {
+    pub(crate) fn reserve(&mut self, more: usize) {
         match self {
             AttributeValues::F32(values) => values.reserve_exact(more),
             AttributeValues::F64(values) => values.reserve_exact(more),
@@ -104,7 +104,7 @@ impl AttributeValues {
     }
 
     /// Fills up with zeros.
-    pub(super) fn resize(&mut self, len: usize) {
+    pub(crate) fn resize(&mut self, len: usize) {
         match self {
             AttributeValues::F32(values) => values.resize(len, 0.0),
             AttributeValues::F64(values) => values.resize(len, 0.0),
@@ -121,7 +121,7 @@ struct Column {
 }
 
 /// Particles in the making, from records of one layout.
-pub(super) struct Table {
+pub(crate) struct Table {
     stride: usize,
     positions: PositionData,
     position_fields: [Field; 3],
@@ -131,7 +131,7 @@ pub(super) struct Table {
 impl Table {
     /// A table for packed records of `layout`, in which `position` and `groups` say what the numbers mean; only what
     /// `options` asks for is kept.
-    pub(super) fn new(
+    pub(crate) fn new(
         path: &Path,
         layout: &[Scalar],
         position: [usize; 3],
@@ -160,7 +160,7 @@ impl Table {
     }
 
     /// Appends a run of records.
-    pub(super) fn append(&mut self, bytes: &[u8], endian: Endian) {
+    pub(crate) fn append(&mut self, bytes: &[u8], endian: Endian) {
         let records = Records { bytes, stride: self.stride, endian };
         self.positions.append(records, &self.position_fields);
         for column in &mut self.columns {
@@ -169,7 +169,7 @@ impl Table {
     }
 
     /// What was read.
-    pub(super) fn finish(self) -> Particles {
+    pub(crate) fn finish(self) -> Particles {
         let attributes = self.columns.into_iter().map(|column| column.attribute).collect();
         Particles { positions: self.positions, attributes }
     }
