@@ -78,6 +78,8 @@ struct Parser<'a> {
     section: Section,
     document: Document,
     entries: usize,
+    /// Whether the end of the outermost element was seen.
+    is_closed: bool,
 }
 
 /// Reads the markup of a file.
@@ -90,7 +92,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Document, Error> {
         appended: None,
     };
     let reader = Reader::from_reader(bytes);
-    let mut parser = Parser { path, bytes, reader, section: Section::Other, document, entries: 0 };
+    let mut parser = Parser { path, bytes, reader, section: Section::Other, document, entries: 0, is_closed: false };
     while parser.step()? {}
     Ok(parser.document)
 }
@@ -107,12 +109,14 @@ impl Parser<'_> {
             Event::Start(tag) => self.start(&tag, false),
             Event::Empty(tag) => self.start(&tag, true),
             Event::End(tag) => {
+                self.is_closed |= tag.local_name().as_ref() == "VTKFile";
                 if matches!(tag.local_name().as_ref(), "Points" | "PointData") {
                     self.section = Section::Other;
                 }
                 Ok(true)
             }
-            Event::Eof => Ok(false),
+            Event::Eof if self.is_closed => Ok(false),
+            Event::Eof => Err(self.fail("there is no </VTKFile>: the file seems to be cut short")),
             _ => Ok(true),
         }
     }
