@@ -87,12 +87,15 @@ fn find_radius(job: &MeshJob, cloud: &Cloud) -> Result<Option<f64>, Failure> {
 fn announce(job: &MeshJob, cloud: &Cloud, radius: Option<f64>, console: &Console) {
     let params = &job.params;
     let file = job.input.display();
-    match radius {
-        None => console.warn(format!("{file}: there are no particles, so the mesh is empty")),
-        Some(radius) if job.radius.is_none() => {
+    if cloud.len() == 0 {
+        console.warn(format!("{file}: there are no particles, so the mesh is empty"));
+    }
+    match (radius, job.radius) {
+        (Some(radius), Some(_)) => console.detail(format_args!("  radius {}, as given", show_number(radius))),
+        (Some(radius), None) => {
             console.say(format_args!("  radius {}, inferred from their spacing (-r sets it)", show_number(radius)));
         }
-        Some(radius) => console.detail(format_args!("  radius {}, as given", show_number(radius))),
+        (None, _) => {}
     }
     console.detail(format_args!(
         "  smoothing length {} radii, cell {} radii, threshold {}",
