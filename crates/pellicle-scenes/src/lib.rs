@@ -1,1 +1,32 @@
-//! Deterministic particle scenes.
+//! Particle scenes that are made, not stored: for demos, tests and benchmarks that need no download.
+//!
+//! A scene looks like the frame of a fluid simulator: positions, velocities, and one particle radius, half of the rest
+//! spacing. y is up, lengths are metres, speeds metres a second.
+//!
+//! **Same seed, same bytes, on every platform.** Scenes are computed with `+ − × ÷`, square roots and rounding only,
+//! which IEEE 754 rounds in one way everywhere: no `sin` or `powf` of the platform's mathematics library, no fused
+//! multiply-add, no hash map with a random key, no threads. Random numbers come from SplitMix64.
+//!
+//! ```
+//! let scene = pellicle_scenes::splash(30_000, 1);
+//! assert_eq!(scene.positions.len(), scene.velocities.len());
+//! assert_eq!(scene, pellicle_scenes::splash(30_000, 1));
+//! ```
+
+mod arithmetic;
+mod cloud;
+mod random;
+mod splash;
+
+pub use splash::splash;
+
+/// Particles of one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Positions in metres.
+    pub positions: Vec<[f32; 3]>,
+    /// Velocities in metres a second, one per position.
+    pub velocities: Vec<[f32; 3]>,
+    /// Particle radius in metres: half of the rest spacing.
+    pub radius: f32,
+}

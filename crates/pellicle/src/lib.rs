@@ -19,7 +19,7 @@ mod stats;
 pub use error::Error;
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
-pub use particles::{Attribute, Positions};
+pub use particles::{Attribute, Positions, infer_radius};
 pub use pipeline::{Chunk, Reconstructor, Surface, reconstruct};
 pub use progress::{CancelToken, Control, Stage};
 pub use stats::Stats;

@@ -188,7 +188,7 @@ mod tests {
         cells.build((&positions).into(), lattice).unwrap();
         let mut found = Vec::new();
         weights(Unit::Portable(Portable), &cells, &Control::default(), &mut found);
-        for (i, &index) in cells.order.iter().enumerate() {
+        for (i, &index) in cells.order().iter().enumerate() {
             let at = positions[index as usize];
             let sum: f64 = positions
                 .iter()

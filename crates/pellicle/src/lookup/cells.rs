@@ -72,6 +72,12 @@ impl Cells {
         self.len
     }
 
+    /// Each particle's index in the caller's order.
+    #[cfg(test)]
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order[..self.len]
+    }
+
     /// Each particle's index in the caller's order, as the bits of an `f32`: a column like any other, to be moved but not
     /// computed with.
     pub(crate) fn order_bits(&self) -> &[f32] {

@@ -3,6 +3,10 @@
 //! A mesh is an `f64` origin plus `f32` offsets, so that far from the world's origin nothing collapses: the position of
 //! vertex `i` is `origin + vertices[i]`. Triangles wind counter-clockwise seen from outside. Vertex indices are `u32`.
 
+mod check;
+
+pub use check::Report;
+
 /// A values-per-vertex channel, such as a velocity.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VertexAttribute {

@@ -1,5 +1,9 @@
 //! What the caller hands in: borrowed views of positions and attributes. Nothing is copied here.
 
+mod spacing;
+
+pub use spacing::infer_radius;
+
 use crate::Error;
 
 /// A borrowed view of particle positions in world units: packed `f32` or `f64` triples, or triples within larger records.

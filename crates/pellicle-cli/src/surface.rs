@@ -1,0 +1,156 @@
+//! From particles in memory to a surface in a file: what `mesh` and `demo` share.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use pellicle::{Attribute, Chunk, Control, Params, Reconstructor, Surface};
+use pellicle_io::{PlyFile, PlyLayout, WriteOptions};
+
+use crate::clock::StageClock;
+use crate::cloud::Cloud;
+use crate::failure::Failure;
+use crate::interrupt::{self, Phase};
+use crate::target::Target;
+use crate::values::show_bytes;
+
+/// What is to be made.
+#[derive(Debug)]
+pub struct Order<'a> {
+    /// Where the particles come from, for messages and the record in the output.
+    pub source: &'a Path,
+    /// What the surface is.
+    pub params: &'a Params,
+    /// Whether the parameters' radius means something; without particles it may not.
+    pub is_radius_known: bool,
+    /// The file to write.
+    pub target: &'a Target,
+}
+
+/// What was made.
+#[derive(Debug)]
+pub struct Made {
+    /// Vertices of the mesh.
+    pub vertices: usize,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Size of the file.
+    pub bytes: u64,
+}
+
+/// Makes the surface and writes it, in the current pool of threads.
+pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Failure> {
+    let params = Params { max_memory: memory_left(cloud, order)?, ..order.params.clone() };
+    let on_stage = |stage| clock.begin_core(stage);
+    let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
+    let attributes = cloud.attributes();
+    let core = |error| Failure::core(order.source, error);
+
+    interrupt::enter(Phase::Working);
+    let mut reconstructor = Reconstructor::new();
+    let surface = reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?;
+    let (vertices, triangles) = (surface.vertex_count(), surface.triangle_count());
+    clock.begin("write");
+    let path = order.target.path();
+    if order.target.is_stream() {
+        write_stream(&surface, &attributes, &params, order)?;
+    } else {
+        let mesh = surface.to_mesh().map_err(core)?;
+        drop(reconstructor);
+        clock.begin("write");
+        interrupt::check()?;
+        pellicle_io::write_mesh(path, &mesh, &WriteOptions { comments: order.record() })?;
+    }
+    interrupt::enter(Phase::Written);
+    let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
+    Ok(Made { vertices, triangles, bytes })
+}
+
+/// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.
+fn write_stream(
+    surface: &Surface<'_>,
+    attributes: &[Attribute<'_>],
+    params: &Params,
+    order: &Order,
+) -> Result<(), Failure> {
+    let origin = surface.origin();
+    let layout = PlyLayout {
+        vertex_count: surface.vertex_count() as u64,
+        triangle_count: surface.triangle_count() as u64,
+        normals: params.normals,
+        attributes: attributes.iter().map(|a| (a.name.to_owned(), a.components)).collect(),
+        // Far from the origin single precision would move vertices; as in `write_mesh`.
+        double: origin != [0.0; 3],
+        origin,
+        comments: order.record(),
+    };
+    let file = PlyFile::create(order.target.path(), &layout)?;
+    let written = surface.for_each_chunk(|chunk| write_chunk(&file, chunk));
+    written.map_err(|broken| match broken {
+        Broken::Core(error) => Failure::core(order.source, error),
+        Broken::Sink(error) => error.into(),
+    })?;
+    interrupt::check()?;
+    Ok(file.finish()?)
+}
+
+fn write_chunk(file: &PlyFile, chunk: &Chunk) -> Result<(), Broken> {
+    thread_local! {
+        /// What a thread formats its chunks in.
+        static BUFFER: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    }
+    let attributes: Vec<&[f32]> = chunk.attributes.iter().map(Vec::as_slice).collect();
+    BUFFER.with_borrow_mut(|buffer| {
+        file.write_vertices(chunk.first_vertex as u64, &chunk.vertices, &chunk.normals, &attributes, buffer)?;
+        file.write_triangles(chunk.first_triangle as u64, &chunk.triangles, buffer)?;
+        Ok(())
+    })
+}
+
+/// Why the stream ended.
+enum Broken {
+    Core(pellicle::Error),
+    Sink(pellicle_io::Error),
+}
+
+impl From<pellicle::Error> for Broken {
+    fn from(error: pellicle::Error) -> Self {
+        Self::Core(error)
+    }
+}
+
+impl From<pellicle_io::Error> for Broken {
+    fn from(error: pellicle_io::Error) -> Self {
+        Self::Sink(error)
+    }
+}
+
+/// What the limit leaves for the core: the particles are in memory already.
+fn memory_left(cloud: &Cloud, order: &Order) -> Result<Option<u64>, Failure> {
+    let Some(limit) = order.params.max_memory else { return Ok(None) };
+    match limit.checked_sub(cloud.bytes()) {
+        Some(left @ 1..) => Ok(Some(left)),
+        _ => Err(Failure::file(
+            order.source,
+            format_args!(
+                "the particles alone take {} of memory, {} are allowed (raise --max-memory)",
+                show_bytes(cloud.bytes()),
+                show_bytes(limit)
+            ),
+        )),
+    }
+}
+
+impl Order<'_> {
+    /// The parameters that decide the mesh, for the output's header. Threads, memory limit, band and vector unit are
+    /// left out: they decide nothing, and files that hold the same mesh shall be the same.
+    fn record(&self) -> Vec<String> {
+        let Params { particle_radius, smoothing_length, cell_size, iso, .. } = self.params;
+        let source = self.source.file_name().unwrap_or_default().to_string_lossy();
+        let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
+        if self.is_radius_known {
+            lines.push(format!("particle_radius {particle_radius}"));
+        }
+        lines.push(format!("smoothing_length {smoothing_length} radii, cell_size {cell_size} radii, threshold {iso}"));
+        lines
+    }
+}

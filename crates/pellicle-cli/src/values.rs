@@ -1,0 +1,210 @@
+//! Single values of the command line, read and written: numbers, byte sizes, counts, lists of attributes.
+
+use std::num::NonZeroUsize;
+
+use pellicle_io::AttributeChoice;
+
+/// Which attributes to carry to the surface: `all`, `none`, or names separated by commas.
+pub fn parse_attributes(text: &str) -> Result<AttributeChoice, String> {
+    match text.trim() {
+        "all" => return Ok(AttributeChoice::All),
+        "none" => return Ok(AttributeChoice::None),
+        _ => {}
+    }
+    let mut names: Vec<String> = Vec::new();
+    for name in text.split(',').map(str::trim) {
+        if name.is_empty() {
+            return Err("a name is empty: write all, none, or names separated by commas".into());
+        }
+        if matches!(name, "all" | "none") {
+            return Err(format!("{name} stands alone: write it without other names"));
+        }
+        if !names.iter().any(|n| n == name) {
+            names.push(name.to_owned());
+        }
+    }
+    Ok(AttributeChoice::Names(names))
+}
+
+/// A finite number greater than 0.
+pub fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("must be a finite number greater than 0".into()),
+    }
+}
+
+/// More threads than processors of any machine to come soon; far more would exhaust the system.
+const MAX_THREADS: usize = 4096;
+
+/// A number of threads.
+pub fn parse_threads(text: &str) -> Result<NonZeroUsize, String> {
+    match text.trim().parse::<NonZeroUsize>() {
+        Ok(threads) if threads.get() <= MAX_THREADS => Ok(threads),
+        _ => Err(format!("must be a whole number from 1 to {MAX_THREADS}")),
+    }
+}
+
+/// A byte size: a number, then K, M, G or T for powers of 1024 (`KB`, `KiB` and lower case mean the same).
+pub fn parse_size(text: &str) -> Result<u64, String> {
+    let wrong = || "must be a number of bytes, or a number with K, M, G or T, such as 512M or 8G".to_owned();
+    let text = text.trim();
+    let digits = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = text.split_at(digits);
+    let power = match unit.trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 0,
+        "k" | "kb" | "kib" => 1,
+        "m" | "mb" | "mib" => 2,
+        "g" | "gb" | "gib" => 3,
+        "t" | "tb" | "tib" => 4,
+        _ => return Err(wrong()),
+    };
+    let bytes = number.parse::<f64>().map_err(|_| wrong())? * 1024_f64.powi(power);
+    if bytes < 1.0 {
+        return Err("must be at least 1 byte".into());
+    }
+    // 2^63 is far beyond any machine, and below it the conversion is exact enough.
+    if bytes > 2_f64.powi(63) {
+        return Err("is more than can be counted (8 million T)".into());
+    }
+    Ok(bytes as u64)
+}
+
+/// Bytes for a reader: three digits and a unit, powers of 1024 as in [`parse_size`].
+pub fn show_bytes(bytes: u64) -> String {
+    const UNITS: [&str; 4] = ["KiB", "MiB", "GiB", "TiB"];
+    if bytes < 1024 {
+        return format!("{bytes} bytes");
+    }
+    let mut value = bytes as f64 / 1024.0;
+    let mut unit = 0;
+    while value >= 1000.0 && unit + 1 < UNITS.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    let decimals = if value < 9.995 { 2 } else { usize::from(value < 99.95) };
+    format!("{value:.decimals$} {}", UNITS[unit])
+}
+
+/// A count with its thousands apart: 2,370,112.
+pub fn show_count(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A count with its noun: "1 triangle", "2,000 triangles".
+pub fn show_many(count: usize, noun: &str) -> String {
+    format!("{} {noun}{}", show_count(count), if count == 1 { "" } else { "s" })
+}
+
+/// A count of vertices, whose plural is its own.
+pub fn show_vertices(count: usize) -> String {
+    format!("{} {}", show_count(count), if count == 1 { "vertex" } else { "vertices" })
+}
+
+/// A length or coordinate for a reader: six significant digits, no trailing zeros.
+pub fn show_number(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-5..9).contains(&magnitude) {
+        let text = format!("{value:.5e}");
+        return match text.split_once('e') {
+            Some((mantissa, exponent)) => format!("{}e{exponent}", trim_zeros(mantissa)),
+            None => text,
+        };
+    }
+    let decimals = (5 - magnitude).max(0) as usize;
+    trim_zeros(&format!("{value:.decimals$}")).to_owned()
+}
+
+fn trim_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_powers_of_1024_in_every_spelling() {
+        for (text, bytes) in [
+            ("1", 1),
+            ("4096", 4096),
+            ("4096b", 4096),
+            ("1K", 1 << 10),
+            ("1.5k", 1536),
+            ("512M", 512 << 20),
+            ("8G", 8 << 30),
+            ("8 GiB", 8 << 30),
+            ("8gb", 8 << 30),
+            (" 2T ", 2 << 40),
+        ] {
+            assert_eq!(parse_size(text), Ok(bytes), "{text}");
+        }
+    }
+
+    #[test]
+    fn sizes_that_mean_nothing_are_refused() {
+        for text in ["", "G", "0", "0.0001", "-1G", "lots", "8X", "8GG", "1e3", "..", "nan", "1.2.3M", "99999999999T"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn only_finite_positive_numbers_pass() {
+        assert_eq!(parse_positive("1e-30"), Ok(1e-30));
+        assert_eq!(parse_positive(" 0.025 "), Ok(0.025));
+        for text in ["0", "-0.0", "-1", "nan", "inf", "1e400", "1e-400", "", "0,5", "0.5x"] {
+            assert!(parse_positive(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn threads_are_counted_from_one_within_reason() {
+        assert_eq!(parse_threads("7").map(NonZeroUsize::get), Ok(7));
+        for text in ["0", "-1", "2.5", "", "all", "100000", "99999999999999999999999"] {
+            assert!(parse_threads(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn attribute_lists_keep_their_order_and_lose_repeats() {
+        let names = |list: &[&str]| Ok(AttributeChoice::Names(list.iter().map(|&n| n.into()).collect()));
+        assert_eq!(parse_attributes("all"), Ok(AttributeChoice::All));
+        assert_eq!(parse_attributes("none"), Ok(AttributeChoice::None));
+        assert_eq!(parse_attributes("velocity"), names(&["velocity"]));
+        assert_eq!(parse_attributes("density, velocity,density"), names(&["density", "velocity"]));
+        for text in ["", ",", "a,,b", "a,", "all,density", "density,none"] {
+            assert!(parse_attributes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_shown_short() {
+        assert_eq!(show_count(0), "0");
+        assert_eq!(show_count(999), "999");
+        assert_eq!(show_count(140608), "140,608");
+        assert_eq!(show_count(2370112), "2,370,112");
+        assert_eq!(show_many(1, "triangle"), "1 triangle");
+        assert_eq!(show_many(0, "triangle"), "0 triangles");
+        assert_eq!(show_bytes(12), "12 bytes");
+        assert_eq!(show_bytes(1536), "1.50 KiB");
+        assert_eq!(show_bytes(45_000_000), "42.9 MiB");
+        assert_eq!(show_bytes(8 << 30), "8.00 GiB");
+        assert_eq!(show_number(0.025), "0.025");
+        assert_eq!(show_number(0.024_999_999), "0.025");
+        assert_eq!(show_number(-3.25e12), "-3.25e12");
+        assert_eq!(show_number(1e-30), "1e-30");
+        assert_eq!(show_number(123_456.7), "123457");
+        assert_eq!(show_number(0.0), "0");
+    }
+}

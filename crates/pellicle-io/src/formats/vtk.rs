@@ -1,0 +1,481 @@
+//! The grammar of legacy VTK files, versions 2.0 to 5.1, ASCII and binary, as a sequence of sections.
+//!
+//! The caller asks for the [next](Reader::next) section and must read or skip its data before it asks again. Blocks of
+//! METADATA and lookup tables are passed over here. Binary data are big-endian.
+//!
+//! Source: "VTK File Formats", The VTK User's Guide, and for 5.1 `vtkDataReader.cxx` of VTK 9.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::formats::detect;
+use crate::scalar::{Encoding, Endian, Scalar, integer};
+use crate::source::Source;
+
+/// Components of an array, at most.
+const MAX_COMPONENTS: usize = 4096;
+/// Corners of a cell, at most.
+const MAX_CORNERS: i64 = 1 << 20;
+
+/// Which lists of cells a section holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum CellKind {
+    Vertices,
+    Lines,
+    Polygons,
+    Strips,
+    /// The cells of an unstructured grid, whose types follow.
+    Mixed,
+}
+
+/// Announces cells: how many, and how long their lists are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cells {
+    pub(crate) kind: CellKind,
+    /// Cells; or offsets, one more than there are cells, if `has_offsets`.
+    count: u64,
+    size: u64,
+    has_offsets: bool,
+}
+
+/// Type of an array's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Content {
+    Numbers(Scalar),
+    Bits,
+    Strings,
+}
+
+/// Announces an array.
+#[derive(Debug, Clone)]
+pub(crate) struct Array {
+    pub(crate) name: String,
+    pub(crate) components: usize,
+    pub(crate) tuples: u64,
+    pub(crate) content: Content,
+    /// Whether it has a tuple for every point.
+    pub(crate) is_of_points: bool,
+}
+
+/// A part of the file; its data come next.
+#[derive(Debug)]
+pub(crate) enum Section {
+    Points { count: u64, scalar: Scalar },
+    Cells(Cells),
+    CellTypes { count: u64 },
+    Array(Array),
+}
+
+/// What the arrays to come belong to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Owner {
+    Whole,
+    Points(u64),
+    Cells(u64),
+}
+
+/// A legacy VTK file, from its first section on.
+pub(crate) struct Reader {
+    source: Source<'static>,
+    encoding: Encoding,
+    dataset: String,
+    owner: Owner,
+    /// Arrays of the current FIELD that are still to come.
+    fields_left: u64,
+}
+
+impl Reader {
+    /// Opens a file and reads its header.
+    pub(crate) fn open(path: &Path) -> Result<Reader, Error> {
+        let mut source = Source::open(path)?;
+        let head = source.peek(64)?;
+        if !head.starts_with(b"# vtk DataFile Version") {
+            let what = detect::mismatch("a legacy VTK file", head);
+            return Err(source.fail(what));
+        }
+        source.set_text(true);
+        source.line()?;
+        // The title.
+        source.line()?;
+        let format = words(&mut source)?;
+        let encoding = match format.first().map(|w| w.to_ascii_uppercase()).as_deref() {
+            Some("ASCII") => Encoding::Ascii,
+            Some("BINARY") => Encoding::Binary(Endian::Big),
+            _ => return Err(source.fail("the third line is neither ASCII nor BINARY")),
+        };
+        let dataset = match words(&mut source)?.as_slice() {
+            [key, kind, ..] if key.eq_ignore_ascii_case("DATASET") => kind.to_ascii_uppercase(),
+            other => return Err(source.fail(format!("'{}' stands where DATASET is expected", shorten(other)))),
+        };
+        source.set_text(encoding == Encoding::Ascii);
+        Ok(Reader { source, encoding, dataset, owner: Owner::Whole, fields_left: 0 })
+    }
+
+    /// `POLYDATA`, `UNSTRUCTURED_GRID`, …
+    pub(crate) fn dataset(&self) -> &str {
+        &self.dataset
+    }
+
+    pub(crate) fn source(&self) -> &Source<'static> {
+        &self.source
+    }
+
+    /// The next section, or `None` at the end of the file.
+    pub(crate) fn next(&mut self) -> Result<Option<Section>, Error> {
+        loop {
+            let line = words(&mut self.source)?;
+            let Some(first) = line.first() else { return Ok(None) };
+            let key = first.to_ascii_uppercase();
+            if key == "METADATA" {
+                self.skip_metadata()?;
+                continue;
+            }
+            if self.fields_left > 0 {
+                self.fields_left -= 1;
+                if key == "NULL_ARRAY" {
+                    continue;
+                }
+                return self.field_array(&line).map(|array| Some(Section::Array(array)));
+            }
+            let rest: Vec<&str> = line[1..].iter().map(String::as_str).collect();
+            if let Some(section) = self.section(&key, &rest)? {
+                return Ok(Some(section));
+            }
+        }
+    }
+
+    /// The section that a line begins, or `None` if it only sets the stage for others.
+    fn section(&mut self, key: &str, rest: &[&str]) -> Result<Option<Section>, Error> {
+        match (key, rest) {
+            ("POINTS", [count, kind, ..]) => {
+                let count = self.count(count)?;
+                let Content::Numbers(scalar) = self.content(kind)? else {
+                    return Err(self.source.fail(format!("points of type {kind}")));
+                };
+                Ok(Some(Section::Points { count, scalar }))
+            }
+            ("VERTICES" | "LINES" | "POLYGONS" | "TRIANGLE_STRIPS" | "CELLS", [count, size, ..]) => {
+                let (count, size) = (self.count(count)?, self.count(size)?);
+                self.cells(key, count, size).map(Some)
+            }
+            ("CELL_TYPES", [count, ..]) => Ok(Some(Section::CellTypes { count: self.count(count)? })),
+            ("POINT_DATA", [count, ..]) => {
+                self.owner = Owner::Points(self.count(count)?);
+                Ok(None)
+            }
+            ("CELL_DATA", [count, ..]) => {
+                self.owner = Owner::Cells(self.count(count)?);
+                Ok(None)
+            }
+            ("FIELD", [_name, count, ..]) => {
+                self.fields_left = self.count(count)?;
+                Ok(None)
+            }
+            ("LOOKUP_TABLE", [_name, count]) => {
+                let count = self.count(count)?;
+                self.skip_table(count)?;
+                Ok(None)
+            }
+            _ => self.attribute(key, rest).map(Some),
+        }
+    }
+
+    /// The old kinds of arrays, one keyword for each role.
+    fn attribute(&mut self, key: &str, rest: &[&str]) -> Result<Section, Error> {
+        let color = if self.encoding == Encoding::Ascii { "float" } else { "unsigned_char" };
+        let (name, components, kind) = match (key, rest) {
+            ("SCALARS", [name, kind]) => (name, 1, *kind),
+            ("SCALARS", [name, kind, components, ..]) => (name, self.count(components)?, *kind),
+            ("COLOR_SCALARS", [name, components, ..]) => (name, self.count(components)?, color),
+            ("VECTORS" | "NORMALS", [name, kind, ..]) => (name, 3, *kind),
+            ("TENSORS", [name, kind, ..]) => (name, 9, *kind),
+            ("TENSORS6", [name, kind, ..]) => (name, 6, *kind),
+            ("TEXTURE_COORDINATES", [name, dimension, kind, ..]) => (name, self.count(dimension)?, *kind),
+            ("GLOBAL_IDS" | "PEDIGREE_IDS" | "EDGE_FLAGS", [name, kind, ..]) => (name, 1, *kind),
+            _ => {
+                let line = format!("{key} {}", rest.join(" ")).chars().take(60).collect::<String>();
+                return Err(self.source.fail(format!("'{line}' is not a section of a legacy VTK file")));
+            }
+        };
+        let tuples = match self.owner {
+            Owner::Points(count) | Owner::Cells(count) => count,
+            Owner::Whole => return Err(self.source.fail(format!("{key} stands before POINT_DATA and CELL_DATA"))),
+        };
+        let array = self.array(name, components, tuples, kind)?;
+        if key == "SCALARS" && self.source.peek(12)?.get(..12).is_some_and(|b| b.eq_ignore_ascii_case(b"LOOKUP_TABLE"))
+        {
+            self.source.line()?;
+        }
+        Ok(Section::Array(array))
+    }
+
+    fn field_array(&mut self, line: &[String]) -> Result<Array, Error> {
+        match line {
+            [name, components, tuples, kind, ..] => {
+                let (components, tuples) = (self.count(components)?, self.count(tuples)?);
+                self.array(name, components, tuples, kind)
+            }
+            _ => Err(self.source.fail(format!("'{}' does not announce an array of a FIELD", shorten(line)))),
+        }
+    }
+
+    fn array(&mut self, name: &str, components: u64, tuples: u64, kind: &str) -> Result<Array, Error> {
+        let components = usize::try_from(components).ok().filter(|&c| c <= MAX_COMPONENTS).ok_or_else(|| {
+            self.source.fail(format!("the array '{name}' has {components} components: the limit is {MAX_COMPONENTS}"))
+        })?;
+        let content = self.content(kind)?;
+        let is_of_points = matches!(self.owner, Owner::Points(_));
+        Ok(Array { name: decode_name(name), components, tuples, content, is_of_points })
+    }
+
+    fn cells(&mut self, key: &str, count: u64, size: u64) -> Result<Section, Error> {
+        let kind = match key {
+            "VERTICES" => CellKind::Vertices,
+            "LINES" => CellKind::Lines,
+            "POLYGONS" => CellKind::Polygons,
+            "TRIANGLE_STRIPS" => CellKind::Strips,
+            _ => CellKind::Mixed,
+        };
+        let has_offsets = self.source.peek(7)?.get(..7).is_some_and(|b| b.eq_ignore_ascii_case(b"OFFSETS"));
+        Ok(Section::Cells(Cells { kind, count, size, has_offsets }))
+    }
+
+    fn count(&self, word: &str) -> Result<u64, Error> {
+        word.parse().map_err(|_| self.source.fail(format!("'{word}' is not a count")))
+    }
+
+    fn content(&self, kind: &str) -> Result<Content, Error> {
+        Ok(Content::Numbers(match kind.to_ascii_lowercase().as_str() {
+            "bit" => return Ok(Content::Bits),
+            "string" | "utf8_string" => return Ok(Content::Strings),
+            "char" | "signed_char" | "vtktypeint8" => Scalar::I8,
+            "unsigned_char" | "vtktypeuint8" => Scalar::U8,
+            "short" | "vtktypeint16" => Scalar::I16,
+            "unsigned_short" | "vtktypeuint16" => Scalar::U16,
+            // Whatever its size in memory, VTK writes its index type with 32 bits.
+            "int" | "vtktypeint32" | "vtkidtype" => Scalar::I32,
+            "unsigned_int" | "vtktypeuint32" => Scalar::U32,
+            "long" | "long_long" | "vtktypeint64" => Scalar::I64,
+            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => Scalar::U64,
+            "float" | "vtktypefloat32" => Scalar::F32,
+            "double" | "vtktypefloat64" => Scalar::F64,
+            _ => return Err(self.source.fail(format!("'{kind}' is not a type of a legacy VTK file"))),
+        }))
+    }
+
+    /// Reads `tuples` times `components` numbers, handed out in runs of whole tuples.
+    pub(crate) fn read(
+        &mut self,
+        scalar: Scalar,
+        components: usize,
+        tuples: u64,
+        what: &str,
+        each: impl FnMut(&[u8], Endian) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.source.records(self.encoding, &vec![scalar; components], tuples, what, each)
+    }
+
+    /// How many tuples to reserve memory for; an error if they cannot be in the file.
+    pub(crate) fn room(&self, scalar: Scalar, components: usize, tuples: u64, what: &str) -> Result<usize, Error> {
+        self.source.room(tuples, Source::least_bytes(self.encoding, &vec![scalar; components]), what)
+    }
+
+    /// Reads the types of cells.
+    pub(crate) fn read_cell_types(
+        &mut self,
+        count: u64,
+        mut each: impl FnMut(&Source<'_>, i64) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.room(Scalar::I32, 1, count, "cell types")?;
+        for _ in 0..count {
+            let kind = self.integer(Scalar::I32)?;
+            each(&self.source, kind)?;
+        }
+        Ok(())
+    }
+
+    /// Passes over the types of cells.
+    pub(crate) fn skip_cell_types(&mut self, count: u64) -> Result<(), Error> {
+        self.skip_numbers(Scalar::I32, count, "cell types")
+    }
+
+    /// Passes over an array.
+    pub(crate) fn skip_array(&mut self, array: &Array) -> Result<(), Error> {
+        let values = array.tuples.saturating_mul(array.components as u64);
+        match (array.content, self.encoding) {
+            (Content::Numbers(scalar), _) => self.skip_numbers(scalar, values, "an array"),
+            (Content::Bits, Encoding::Ascii) => self.skip_numbers(Scalar::U8, values, "an array"),
+            (Content::Bits, _) => self.skip_numbers(Scalar::U8, values.div_ceil(8), "an array"),
+            (Content::Strings, _) => self.skip_strings(values),
+        }
+    }
+
+    /// Passes over cells.
+    pub(crate) fn skip_cells(&mut self, cells: Cells) -> Result<(), Error> {
+        if !cells.has_offsets {
+            return self.skip_numbers(Scalar::I32, cells.size, "cells");
+        }
+        let offsets = self.connectivity_type("OFFSETS")?;
+        self.skip_numbers(offsets, cells.count, "cells")?;
+        let connectivity = self.connectivity_type("CONNECTIVITY")?;
+        self.skip_numbers(connectivity, cells.size, "cells")
+    }
+
+    /// Reads cells; each is handed out as its list of points.
+    pub(crate) fn read_cells(
+        &mut self,
+        cells: Cells,
+        mut each: impl FnMut(&Source<'_>, &[i64]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut points = Vec::new();
+        if !cells.has_offsets {
+            self.room(Scalar::I32, 1, cells.count, "cells")?;
+            for _ in 0..cells.count {
+                let corners = self.integer(Scalar::I32)?;
+                self.cell(Scalar::I32, corners, &mut points)?;
+                each(&self.source, &points)?;
+            }
+            return Ok(());
+        }
+        let scalar = self.connectivity_type("OFFSETS")?;
+        let mut offsets = Vec::with_capacity(self.room(scalar, 1, cells.count, "offsets of cells")?);
+        for _ in 0..cells.count {
+            offsets.push(self.integer(scalar)?);
+        }
+        let scalar = self.connectivity_type("CONNECTIVITY")?;
+        for pair in offsets.windows(2) {
+            self.cell(scalar, pair[1].saturating_sub(pair[0]), &mut points)?;
+            each(&self.source, &points)?;
+        }
+        Ok(())
+    }
+
+    fn cell(&mut self, scalar: Scalar, corners: i64, points: &mut Vec<i64>) -> Result<(), Error> {
+        if !(0..=MAX_CORNERS).contains(&corners) {
+            return Err(self.source.fail(format!("a cell of {corners} points")));
+        }
+        points.clear();
+        for _ in 0..corners {
+            points.push(self.integer(scalar)?);
+        }
+        Ok(())
+    }
+
+    fn integer(&mut self, scalar: Scalar) -> Result<i64, Error> {
+        match self.encoding {
+            Encoding::Binary(endian) => Ok(integer(self.source.exact(scalar.size(), "cells")?, scalar, endian)),
+            Encoding::Ascii => {
+                let mut bytes = Vec::with_capacity(8);
+                self.source.number(scalar, &mut bytes, "cells")?;
+                Ok(integer(&bytes, scalar, Endian::Little))
+            }
+        }
+    }
+
+    /// Reads a line such as `OFFSETS vtktypeint64`.
+    fn connectivity_type(&mut self, key: &str) -> Result<Scalar, Error> {
+        match words(&mut self.source)?.as_slice() {
+            [found, kind, ..] if found.eq_ignore_ascii_case(key) => match self.content(kind)? {
+                Content::Numbers(scalar) => Ok(scalar),
+                _ => Err(self.source.fail(format!("{key} of type {kind}"))),
+            },
+            other => Err(self.source.fail(format!("'{}' stands where {key} is expected", shorten(other)))),
+        }
+    }
+
+    fn skip_numbers(&mut self, scalar: Scalar, count: u64, what: &str) -> Result<(), Error> {
+        if let Encoding::Binary(_) = self.encoding {
+            return self.source.skip(count.saturating_mul(scalar.size() as u64), what);
+        }
+        self.source.room(count, 2, what)?;
+        for _ in 0..count {
+            if self.source.token()?.is_none() {
+                return Err(self.source.fail(format!("the file ends within {what}: it seems to be cut short")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Passes over strings: in ASCII a line each; in binary each after its length, whose first two bits tell how many
+    /// bytes it takes.
+    fn skip_strings(&mut self, count: u64) -> Result<(), Error> {
+        const WHAT: &str = "strings";
+        self.source.room(count, 1, WHAT)?;
+        for _ in 0..count {
+            if self.encoding == Encoding::Ascii {
+                self.source.line()?;
+                continue;
+            }
+            let first = self.source.exact(1, WHAT)?[0];
+            let further = [7, 3, 1, 0][usize::from(first >> 6)];
+            let mut length = u64::from(first & 63);
+            for &byte in self.source.exact(further, WHAT)? {
+                length = length << 8 | u64::from(byte);
+            }
+            self.source.skip(length, WHAT)?;
+        }
+        Ok(())
+    }
+
+    /// Passes over the colours of a lookup table.
+    fn skip_table(&mut self, count: u64) -> Result<(), Error> {
+        let scalar = if self.encoding == Encoding::Ascii { Scalar::F32 } else { Scalar::U8 };
+        self.skip_numbers(scalar, count.saturating_mul(4), "a lookup table")
+    }
+
+    /// Passes over a block of METADATA, which ends with a blank line.
+    fn skip_metadata(&mut self) -> Result<(), Error> {
+        while let Some(line) = self.source.line()? {
+            if line.trim_ascii().is_empty() {
+                break;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The words of the next line that is not blank; none at the end of the file.
+fn words(source: &mut Source<'_>) -> Result<Vec<String>, Error> {
+    while let Some(line) = source.line()? {
+        let line = String::from_utf8_lossy(line);
+        let words: Vec<String> = line.split_ascii_whitespace().take(64).map(str::to_owned).collect();
+        if !words.is_empty() {
+            return Ok(words);
+        }
+    }
+    Ok(Vec::new())
+}
+
+fn shorten(words: &[String]) -> String {
+    words.join(" ").chars().take(60).collect()
+}
+
+/// Names are written with `%20` for a space and the like.
+fn decode_name(name: &str) -> String {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let code = after.get(..2).and_then(|hex| std::str::from_utf8(hex).ok());
+        match code.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) if first == b'%' => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            _ => {
+                bytes.push(first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn names_are_decoded_and_stray_percent_signs_kept() {
+        assert_eq!(super::decode_name("flow%20rate"), "flow rate");
+        assert_eq!(super::decode_name("100%"), "100%");
+        assert_eq!(super::decode_name("%zz"), "%zz");
+    }
+}

@@ -1,0 +1,289 @@
+//! Binary PLY out, at the speed of memory, by any number of threads.
+//!
+//! All records have fixed sizes, so the place of each is known before any is written:
+//!
+//! ```text
+//! header | vertex 0 | vertex 1 | … | triangle 0 | triangle 1 | …
+//!          x y z [nx ny nz] [attributes]   3 a b c     (u8, then three 32-bit indices: 13 bytes)
+//! ```
+//!
+//! Callers hand over ranges in any order, from several threads, each with a buffer of its own that is reused. Vertices
+//! without normals and attributes lie in memory as they lie in the file and are written without a copy.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use pellicle::Mesh;
+use rayon::prelude::*;
+
+use super::WriteOptions;
+use super::temporary::Temporary;
+use crate::error::Error;
+use crate::positional::write_all_at;
+
+/// Bytes of a triangle in the file.
+const TRIANGLE: usize = 13;
+/// Bytes formatted between two writes: the buffer stays in the second level cache.
+const CHUNK: usize = 64 << 10;
+/// Bytes written at a time where no formatting is needed.
+const DIRECT: usize = 4 << 20;
+
+/// What a PLY file will hold; known before its first byte is written.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct PlyLayout {
+    /// Vertices in all.
+    pub vertex_count: u64,
+    /// Triangles in all.
+    pub triangle_count: u64,
+    /// Whether each vertex has a normal.
+    pub normals: bool,
+    /// Name and number of components of each attribute. `velocity` with three becomes `vx vy vz`, any other vector
+    /// `NAME_0 NAME_1 …`.
+    pub attributes: Vec<(String, usize)>,
+    /// Whether positions are written in double precision; everything else is in single precision.
+    pub double: bool,
+    /// Added to every position.
+    pub origin: [f64; 3],
+    /// Lines for the header.
+    pub comments: Vec<String>,
+}
+
+/// A PLY file that is being written. It appears under its name when [`finish`](Self::finish) is called; dropped before
+/// that, nothing remains.
+#[derive(Debug)]
+pub struct PlyFile {
+    temporary: Temporary,
+    layout: PlyLayout,
+    header: u64,
+    /// Bytes per vertex.
+    stride: usize,
+    /// Bytes written after the header, to tell a file with holes.
+    written: AtomicU64,
+}
+
+impl PlyFile {
+    /// Creates the file, under a temporary name, and writes its header.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] if there are more vertices than indices of 32 bits can tell, [`Error::Sink`].
+    pub fn create(path: &Path, layout: &PlyLayout) -> Result<PlyFile, Error> {
+        let available = u64::from(u32::MAX) + 1;
+        if layout.vertex_count > available {
+            let needed = layout.vertex_count;
+            return Err(Error::TooLarge { path: path.into(), what: "vertices with 32-bit indices", needed, available });
+        }
+        let components: usize = layout.attributes.iter().map(|(_, components)| components).sum();
+        let stride = (if layout.double { 24 } else { 12 }) + (if layout.normals { 12 } else { 0 }) + 4 * components;
+        let temporary = Temporary::create(path)?;
+        let header = header(layout);
+        write_all_at(temporary.file(), header.as_bytes(), 0).map_err(|source| temporary.fail("write", source))?;
+        let header = header.len() as u64;
+        Ok(PlyFile { temporary, layout: layout.clone(), header, stride, written: AtomicU64::new(0) })
+    }
+
+    /// Writes the vertices from number `first` on: `positions` relative to the layout's origin, `normals` (empty if the
+    /// layout has none), and for each attribute its values for these vertices. `buffer` is scratch.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if the slices do not fit together or into the layout, [`Error::Sink`].
+    pub fn write_vertices(
+        &self,
+        first: u64,
+        positions: &[[f32; 3]],
+        normals: &[[f32; 3]],
+        attributes: &[&[f32]],
+        buffer: &mut Vec<u8>,
+    ) -> Result<(), Error> {
+        self.check_vertices(first, positions.len(), normals.len(), attributes)?;
+        let offset = self.header + first * self.stride as u64;
+        let is_plain = self.stride == 12 && self.layout.origin == [0.0; 3];
+        if is_plain && cfg!(target_endian = "little") {
+            for (i, part) in bytemuck::cast_slice::<_, u8>(positions).chunks(DIRECT).enumerate() {
+                self.write(part, offset + (i * DIRECT) as u64)?;
+            }
+            return Ok(());
+        }
+        let per_chunk = (CHUNK / self.stride).max(1);
+        buffer.resize(per_chunk.min(positions.len()) * self.stride, 0);
+        for from in (0..positions.len()).step_by(per_chunk) {
+            let range = from..positions.len().min(from + per_chunk);
+            let bytes = &mut buffer[..range.len() * self.stride];
+            self.format_positions(&positions[range.clone()], bytes);
+            let mut at = if self.layout.double { 24 } else { 12 };
+            if self.layout.normals {
+                self.format_floats(normals[range.clone()].as_flattened(), 3, at, bytes);
+                at += 12;
+            }
+            for ((_, components), values) in self.layout.attributes.iter().zip(attributes) {
+                let values = &values[range.start * components..range.end * components];
+                self.format_floats(values, *components, at, bytes);
+                at += 4 * components;
+            }
+            self.write(bytes, offset + (from * self.stride) as u64)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the triangles from number `first` on. `buffer` is scratch.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if they do not fit into the layout, [`Error::Sink`].
+    pub fn write_triangles(&self, first: u64, triangles: &[[u32; 3]], buffer: &mut Vec<u8>) -> Result<(), Error> {
+        self.check_range("the range of triangles", first, triangles.len(), self.layout.triangle_count)?;
+        let start = self.header + self.layout.vertex_count * self.stride as u64 + first * TRIANGLE as u64;
+        let per_chunk = CHUNK / TRIANGLE;
+        buffer.resize(per_chunk.min(triangles.len()) * TRIANGLE, 0);
+        for (i, chunk) in triangles.chunks(per_chunk).enumerate() {
+            let bytes = &mut buffer[..chunk.len() * TRIANGLE];
+            for (to, &[a, b, c]) in bytes.chunks_exact_mut(TRIANGLE).zip(chunk) {
+                to[0] = 3;
+                to[1..5].copy_from_slice(&a.to_le_bytes());
+                to[5..9].copy_from_slice(&b.to_le_bytes());
+                to[9..13].copy_from_slice(&c.to_le_bytes());
+            }
+            self.write(bytes, start + (i * per_chunk * TRIANGLE) as u64)?;
+        }
+        Ok(())
+    }
+
+    /// Gives the complete file its name, in place of one that is there.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if not every vertex and triangle was written, [`Error::Sink`].
+    pub fn finish(self) -> Result<(), Error> {
+        let expected = self.layout.vertex_count * self.stride as u64 + self.layout.triangle_count * TRIANGLE as u64;
+        let found = self.written.load(Ordering::Acquire);
+        if found != expected {
+            let path = self.temporary.path().into();
+            return Err(Error::Length { path, what: "the data part, in bytes,".into(), found, expected });
+        }
+        self.temporary.finish()
+    }
+
+    fn write(&self, bytes: &[u8], offset: u64) -> Result<(), Error> {
+        write_all_at(self.temporary.file(), bytes, offset).map_err(|source| self.temporary.fail("write", source))?;
+        self.written.fetch_add(bytes.len() as u64, Ordering::AcqRel);
+        Ok(())
+    }
+
+    fn format_positions(&self, positions: &[[f32; 3]], bytes: &mut [u8]) {
+        let origin = self.layout.origin;
+        if self.layout.double {
+            for (to, v) in bytes.chunks_exact_mut(self.stride).zip(positions) {
+                for axis in 0..3 {
+                    let world = origin[axis] + f64::from(v[axis]);
+                    to[8 * axis..8 * axis + 8].copy_from_slice(&world.to_le_bytes());
+                }
+            }
+            return;
+        }
+        for (to, v) in bytes.chunks_exact_mut(self.stride).zip(positions) {
+            for axis in 0..3 {
+                let world = (origin[axis] + f64::from(v[axis])) as f32;
+                to[4 * axis..4 * axis + 4].copy_from_slice(&world.to_le_bytes());
+            }
+        }
+    }
+
+    /// Puts `components` values at byte `at` of every record.
+    fn format_floats(&self, values: &[f32], components: usize, at: usize, bytes: &mut [u8]) {
+        if components == 0 {
+            return;
+        }
+        for (to, values) in bytes.chunks_exact_mut(self.stride).zip(values.chunks_exact(components)) {
+            for (to, value) in to[at..].chunks_exact_mut(4).zip(values) {
+                to.copy_from_slice(&value.to_le_bytes());
+            }
+        }
+    }
+
+    fn check_vertices(&self, first: u64, count: usize, normals: usize, attributes: &[&[f32]]) -> Result<(), Error> {
+        self.check_range("the range of vertices", first, count, self.layout.vertex_count)?;
+        self.check_length("the list of normals", normals, if self.layout.normals { count } else { 0 })?;
+        self.check_length("the list of attributes", attributes.len(), self.layout.attributes.len())?;
+        for ((name, components), values) in self.layout.attributes.iter().zip(attributes) {
+            self.check_length(name, values.len(), count * components)?;
+        }
+        Ok(())
+    }
+
+    fn check_length(&self, what: &str, found: usize, expected: usize) -> Result<(), Error> {
+        if found == expected {
+            return Ok(());
+        }
+        let path = self.temporary.path().into();
+        Err(Error::Length { path, what: what.into(), found: found as u64, expected: expected as u64 })
+    }
+
+    fn check_range(&self, what: &str, first: u64, count: usize, available: u64) -> Result<(), Error> {
+        let end = first.saturating_add(count as u64);
+        if end <= available {
+            return Ok(());
+        }
+        let path = self.temporary.path().into();
+        Err(Error::Length { path, what: format!("{what}, which ends at {end},"), found: end, expected: available })
+    }
+}
+
+fn header(layout: &PlyLayout) -> String {
+    let mut text = String::from("ply\nformat binary_little_endian 1.0\n");
+    // Writing to a string cannot fail.
+    for comment in &layout.comments {
+        let _ = writeln!(text, "comment {}", super::one_line(comment));
+    }
+    let _ = writeln!(text, "element vertex {}", layout.vertex_count);
+    let position = if layout.double { "double" } else { "float" };
+    let _ = writeln!(text, "property {position} x\nproperty {position} y\nproperty {position} z");
+    if layout.normals {
+        text.push_str("property float nx\nproperty float ny\nproperty float nz\n");
+    }
+    for (name, components) in &layout.attributes {
+        for property in property_names(name, *components) {
+            let _ = writeln!(text, "property float {property}");
+        }
+    }
+    // The bytes of an index are the same; int is what most programs expect.
+    let index = if layout.vertex_count > 1 << 31 { "uint" } else { "int" };
+    let _ = writeln!(text, "element face {}", layout.triangle_count);
+    let _ = writeln!(text, "property list uchar {index} vertex_indices\nend_header");
+    text
+}
+
+/// The names of an attribute's components. PLY names are single words.
+fn property_names(name: &str, components: usize) -> Vec<String> {
+    let word: String = name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
+    match (word.as_str(), components) {
+        ("velocity", 3) => ["vx", "vy", "vz"].map(String::from).into(),
+        ("", 1) => vec!["unnamed".into()],
+        (word, 1) => vec![word.into()],
+        (word, _) => (0..components).map(|i| format!("{word}_{i}")).collect(),
+    }
+}
+
+/// Writes a whole mesh.
+pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+    let layout = PlyLayout {
+        vertex_count: mesh.vertices.len() as u64,
+        triangle_count: mesh.triangles.len() as u64,
+        normals: !mesh.normals.is_empty(),
+        attributes: mesh.attributes.iter().map(|a| (a.name.clone(), a.components)).collect(),
+        double: mesh.origin != [0.0; 3],
+        origin: mesh.origin,
+        comments: options.comments.clone(),
+    };
+    let file = PlyFile::create(path, &layout)?;
+    /// Records per task: some 10 tasks for a mesh of a million triangles, so that the threads end together.
+    const TASK: usize = 1 << 18;
+    mesh.vertices.par_chunks(TASK).enumerate().try_for_each_init(Vec::new, |buffer, (i, positions)| {
+        let range = i * TASK..i * TASK + positions.len();
+        let normals = if layout.normals { &mesh.normals[range.clone()] } else { &[] };
+        let attributes: Vec<&[f32]> =
+            mesh.attributes.iter().map(|a| &a.values[range.start * a.components..range.end * a.components]).collect();
+        file.write_vertices(range.start as u64, positions, normals, &attributes, buffer)
+    })?;
+    mesh.triangles.par_chunks(TASK).enumerate().try_for_each_init(Vec::new, |buffer, (i, triangles)| {
+        file.write_triangles((i * TASK) as u64, triangles, buffer)
+    })?;
+    file.finish()
+}

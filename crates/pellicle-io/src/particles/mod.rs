@@ -1,0 +1,194 @@
+//! Particle files in: one file per format.
+//!
+//! Positions keep the precision of the file. Attributes are read only when asked for; the others are passed over.
+//! Positions that are NaN or infinite are handed on as they are: what to do about them is not the reader's decision.
+
+mod bgeo;
+mod csv;
+mod npy;
+pub(crate) mod ply;
+pub(crate) mod vtk;
+mod vtu;
+mod vtu_data;
+mod vtu_markup;
+mod xyz;
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use pellicle::Positions;
+
+use crate::error::Error;
+use crate::formats::detect::{self, ParticleFormat};
+
+/// Positions as the file has them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PositionData {
+    /// Single precision.
+    F32(Vec<[f32; 3]>),
+    /// Double precision.
+    F64(Vec<[f64; 3]>),
+}
+
+impl PositionData {
+    /// A view for the core's calls.
+    pub fn view(&self) -> Positions<'_> {
+        match self {
+            PositionData::F32(positions) => Positions::from(positions),
+            PositionData::F64(positions) => Positions::from(positions),
+        }
+    }
+
+    /// Number of particles.
+    pub fn len(&self) -> usize {
+        match self {
+            PositionData::F32(positions) => positions.len(),
+            PositionData::F64(positions) => positions.len(),
+        }
+    }
+
+    /// Whether there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Values of an attribute. Smaller integers are widened to `i32`, `u32` and `u64` to `i64` (beyond its range they
+/// saturate).
+#[derive(Debug, Clone, PartialEq)]
+pub enum AttributeValues {
+    /// Single precision.
+    F32(Vec<f32>),
+    /// Double precision.
+    F64(Vec<f64>),
+    /// Integers of up to 32 bits.
+    I32(Vec<i32>),
+    /// Integers of up to 64 bits.
+    I64(Vec<i64>),
+}
+
+impl AttributeValues {
+    /// Number of values: particles times components.
+    pub fn len(&self) -> usize {
+        match self {
+            AttributeValues::F32(values) => values.len(),
+            AttributeValues::F64(values) => values.len(),
+            AttributeValues::I32(values) => values.len(),
+            AttributeValues::I64(values) => values.len(),
+        }
+    }
+
+    /// Whether there is no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A values-per-particle channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ParticleAttribute {
+    /// The name, translated: Houdini's `v`, `N`, `Cd` and `pscale` are `velocity`, `normal`, `color` and `radius`.
+    pub name: String,
+    /// Numbers per particle: 1 for a scalar, 3 for a vector.
+    pub components: usize,
+    /// `components` values per particle, particle after particle.
+    pub values: AttributeValues,
+}
+
+impl ParticleAttribute {
+    /// The values in single precision, as the core takes them; borrowed where the file has them so.
+    pub fn to_f32(&self) -> Cow<'_, [f32]> {
+        match &self.values {
+            AttributeValues::F32(values) => Cow::Borrowed(values),
+            AttributeValues::F64(values) => values.iter().map(|&v| v as f32).collect(),
+            AttributeValues::I32(values) => values.iter().map(|&v| v as f32).collect(),
+            AttributeValues::I64(values) => values.iter().map(|&v| v as f32).collect(),
+        }
+    }
+}
+
+/// The particles of one file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particles {
+    /// One position per particle.
+    pub positions: PositionData,
+    /// The attributes that were asked for, in the order of the file.
+    pub attributes: Vec<ParticleAttribute>,
+}
+
+impl Particles {
+    /// The attribute of this name, if it was read.
+    pub fn attribute(&self, name: &str) -> Option<&ParticleAttribute> {
+        self.attributes.iter().find(|attribute| attribute.name == name)
+    }
+}
+
+/// Which attributes to read.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum AttributeChoice {
+    /// The velocity, if the file has one.
+    #[default]
+    Velocity,
+    /// Every attribute that is made of numbers.
+    All,
+    /// Positions only.
+    None,
+    /// These, by the name in the file or the translated one. One that is missing is an error.
+    Names(Vec<String>),
+}
+
+/// How to read particles.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ReadOptions {
+    /// Which attributes to read; the others cost no memory.
+    pub attributes: AttributeChoice,
+}
+
+impl ReadOptions {
+    /// Whether the attribute is to be read that is `name` in memory and `original` in the file.
+    pub(crate) fn wants(&self, name: &str, original: &str) -> bool {
+        match &self.attributes {
+            AttributeChoice::Velocity => name == "velocity",
+            AttributeChoice::All => true,
+            AttributeChoice::None => false,
+            AttributeChoice::Names(names) => names.iter().any(|n| n == name || n == original),
+        }
+    }
+
+    /// Checks that every attribute asked for by name is among `(name, original)`.
+    pub(crate) fn check<'a>(
+        &self,
+        path: &Path,
+        found: impl Iterator<Item = (&'a str, &'a str)> + Clone,
+    ) -> Result<(), Error> {
+        let AttributeChoice::Names(names) = &self.attributes else { return Ok(()) };
+        for name in names {
+            if !found.clone().any(|(n, original)| n == name || original == name) {
+                let available = found.map(|(n, _)| n.to_owned()).collect();
+                return Err(Error::NoAttribute { path: path.into(), name: name.clone(), available });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads the particles of a file. The format follows from the file's extension, or from its first bytes where the
+/// extension tells nothing.
+///
+/// Read are: raw little-endian `f32` triples (`.xyz`, `.raw`), NumPy arrays (`.npy`), PLY, Houdini's classic BGEO,
+/// legacy VTK, VTU and VTP, CSV.
+///
+/// # Errors
+/// Whatever [`Error`] names except for its `Length` and `Sink`. Nothing that a file contains makes this panic, or use memory out of proportion to
+/// the file's size.
+pub fn read_particles(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    match detect::particles(path)? {
+        ParticleFormat::Xyz => xyz::read(path, options),
+        ParticleFormat::Npy => npy::read(path, options),
+        ParticleFormat::Ply => ply::read(path, options),
+        ParticleFormat::Bgeo => bgeo::read(path, options),
+        ParticleFormat::Vtk => vtk::read(path, options),
+        ParticleFormat::VtkXml => vtu::read(path, options),
+        ParticleFormat::Csv => csv::read(path, options),
+    }
+}

@@ -1,0 +1,180 @@
+//! Damaged files: cut short, with wrong counts, with random bytes. An error or a result, never a panic, a long wait, or
+//! memory out of proportion.
+
+mod common;
+#[path = "common/samples.rs"]
+mod samples;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use common::{Folder, read};
+use pellicle::Mesh;
+use pellicle_io::{WriteOptions, read_mesh, write_mesh};
+use samples::COUNT;
+
+/// Reads a damaged file in every way there is; it may fail.
+fn try_all(path: &Path) -> Option<usize> {
+    let start = Instant::now();
+    let particles = read(path);
+    if let Err(error) = &particles {
+        assert!(error.to_string().contains(&path.display().to_string()), "{error}");
+    }
+    let _ = read_mesh(path);
+    assert!(start.elapsed() < Duration::from_secs(5), "{} took too long", path.display());
+    particles.ok().map(|p| p.positions.len())
+}
+
+fn mesh_files(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
+    let mesh = Mesh {
+        vertices: (0..30).map(|i| [i as f32, 0.5, -1.0]).collect(),
+        triangles: (0..28).map(|i| [i, i + 1, i + 2]).collect(),
+        ..Mesh::default()
+    };
+    ["mesh.ply", "mesh.obj", "mesh.vtk"]
+        .into_iter()
+        .map(|name| {
+            let path = folder.join(name);
+            write_mesh(&path, &mesh, &WriteOptions::default()).expect(name);
+            (name, std::fs::read(&path).expect(name))
+        })
+        .collect()
+}
+
+#[test]
+fn files_cut_short_are_told_as_such() {
+    let folder = Folder::new();
+    let samples = samples::all().into_iter().map(|s| (s.name, s.bytes)).chain(mesh_files(&folder));
+    for (name, bytes) in samples {
+        for i in 0..50 {
+            let path = folder.write(name, &bytes[..bytes.len() * i / 50]);
+            let count = try_all(&path);
+            // Formats that tell how many particles there are cannot give fewer; raw and CSV cannot know, and a VTU
+            // cut after its first piece is not well-formed.
+            let tells_count = !["xyz", "csv", "txt", "obj"].iter().any(|extension| name.ends_with(extension));
+            if tells_count && let Some(count) = count {
+                assert!(
+                    count == COUNT || name.starts_with("mesh") && count == 30,
+                    "{name} cut at {i}/50 gives {count}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn real_files_cut_short_are_told_as_such() {
+    let Some(data) = common::data() else { return };
+    let folder = Folder::new();
+    for (name, count) in [
+        ("cbd_t0.50.bgeo", 140_608),
+        ("hemi_t0.35.vtk", 28_899),
+        ("cbd_t4.00.vtu", 140_608),
+        ("hemi_t0.60.ply", 28_899),
+    ] {
+        let bytes = std::fs::read(data.join("particles").join(name)).expect(name);
+        for i in 0..50 {
+            let found = try_all(&folder.write(name, &bytes[..bytes.len() * i / 50]));
+            assert!(found.is_none() || found == Some(count), "{name} cut at {i}/50 gives {found:?}");
+        }
+    }
+}
+
+/// A small generator of numbers, by Sebastiano Vigna's splitmix64.
+fn random(state: &mut u64) -> u64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+#[test]
+fn random_bytes_and_random_changes_never_panic() {
+    let folder = Folder::new();
+    let mut state = 1;
+    let files: Vec<_> = samples::all().into_iter().map(|s| (s.name, s.bytes)).chain(mesh_files(&folder)).collect();
+    for (name, bytes) in &files {
+        for round in 0..60 {
+            let mut damaged = bytes.clone();
+            // Mostly in the first part, where headers are.
+            let reach = if round % 2 == 0 { bytes.len() } else { bytes.len().min(400) };
+            for _ in 0..1 + round % 4 {
+                let at = random(&mut state) as usize % reach;
+                damaged[at] =
+                    if round % 3 == 0 { b'0' + (random(&mut state) % 10) as u8 } else { random(&mut state) as u8 };
+            }
+            try_all(&folder.write(name, &damaged));
+        }
+        let noise: Vec<u8> = (0..5000).map(|_| random(&mut state) as u8).collect();
+        try_all(&folder.write(name, &noise));
+        // The same behind a right beginning.
+        for keep in [8, 30, 100, 300] {
+            let keep = keep.min(bytes.len());
+            try_all(&folder.write(name, [&bytes[..keep], &noise].concat()));
+        }
+    }
+}
+
+/// Replaces the first `from` by `to`.
+fn replaced(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
+    let at = bytes.windows(from.len()).position(|w| w == from).expect("the sample has it");
+    [&bytes[..at], to, &bytes[at + from.len()..]].concat()
+}
+
+#[test]
+fn counts_that_lie_are_refused() {
+    let folder = Folder::new();
+    let samples = samples::all();
+    let sample = |name: &str| &samples.iter().find(|s| s.name == name).expect(name).bytes;
+    let counts = [
+        "41",
+        "1000000",
+        "4294967336",
+        "1152921504606846977",
+        "18446744073709551615",
+        "99999999999999999999999",
+        "-40",
+    ];
+    for count in counts {
+        let text = |name: &str, prefix: &str, suffix: &str| {
+            let from = format!("{prefix}{COUNT}{suffix}");
+            let bytes = replaced(sample(name), from.as_bytes(), format!("{prefix}{count}{suffix}").as_bytes());
+            let path = folder.write(name, bytes);
+            assert!(try_all(&path).is_none(), "{name} with {count}");
+        };
+        for name in ["little.ply", "ascii.ply", "big_lists.ply", "ascii_lists.ply"] {
+            text(name, "element vertex ", "\n");
+        }
+        for name in ["c3.npy", "c7_fortran.npy"] {
+            text(name, "(", ",");
+        }
+        for name in ["old.vtk", "old_ascii.vtk", "new.vtk", "new_ascii.vtk"] {
+            text(name, "POINTS ", " ");
+            text(name, "POINT_DATA ", "\n");
+            text(name, "a%20name 2 ", " ");
+        }
+        let vertices = folder.write(
+            "cells.vtk",
+            replaced(sample("old.vtk"), b"VERTICES 40 80", format!("VERTICES {count} {count}").as_bytes()),
+        );
+        assert!(try_all(&vertices).is_none());
+        for sample in samples.iter().filter(|s| s.name.ends_with(".vtu") || s.name.ends_with(".vtp")) {
+            // The last of three pieces has 30 points.
+            let from = b"NumberOfPoints=\"30\"";
+            let bytes = replaced(&sample.bytes, from, format!("NumberOfPoints=\"{count}\"").as_bytes());
+            assert!(try_all(&folder.write(sample.name, bytes)).is_none(), "{} with {count}", sample.name);
+        }
+    }
+    for count in [41u32, 1 << 24, u32::MAX, -40i32 as u32] {
+        let bytes = replaced(
+            sample("plain.bgeo"),
+            &[0, 0, 0, 5, 0, 0, 0, COUNT as u8],
+            &[&[0, 0, 0, 5][..], &count.to_be_bytes()].concat(),
+        );
+        assert!(try_all(&folder.write("plain.bgeo", &bytes)).is_none());
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        std::io::Write::write_all(&mut encoder, &bytes).expect("in memory");
+        assert!(try_all(&folder.write("packed.bgeo", encoder.finish().expect("in memory"))).is_none());
+    }
+}
