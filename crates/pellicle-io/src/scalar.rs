@@ -165,7 +165,8 @@ macro_rules! sample {
         }
     )*};
 }
-sample!(|v| v as i64; i8, u8, i16, u16, i32, u32, i64, f32, f64);
+sample!(i64::from; i8, u8, i16, u16, i32, u32, i64);
+sample!(|v| v as i64; f32, f64);
 sample!(|v| i64::try_from(v).unwrap_or(i64::MAX); u64);
 
 macro_rules! target {
