@@ -165,7 +165,8 @@ macro_rules! sample {
         }
     )*};
 }
-sample!(|v| v as i64; i8, u8, i16, u16, i32, u32, i64, f32, f64);
+sample!(i64::from; i8, u8, i16, u16, i32, u32, i64);
+sample!(|v| v as i64; f32, f64);
 sample!(|v| i64::try_from(v).unwrap_or(i64::MAX); u64);
 
 macro_rules! target {
@@ -205,6 +206,8 @@ pub(crate) fn decode_component<D: Target>(
     records: Records<'_>,
     field: Field,
 ) {
+    // Without records there is no component to begin at.
+    let Some(out) = out.get_mut(component..) else { return };
     let go = match field.scalar {
         Scalar::I8 => copy::<D, i8>,
         Scalar::U8 => copy::<D, u8>,
@@ -217,7 +220,7 @@ pub(crate) fn decode_component<D: Target>(
         Scalar::F32 => copy::<D, f32>,
         Scalar::F64 => copy::<D, f64>,
     };
-    go(&mut out[component..], components, records, field.offset);
+    go(out, components, records, field.offset);
 }
 
 fn copy<D: Target, S: Sample>(out: &mut [D], step: usize, records: Records<'_>, offset: usize) {
@@ -268,6 +271,12 @@ mod tests {
             decode(&mut out, Records { bytes: &bytes, stride: 10, endian }, &fields);
             assert_eq!(out, [0.5, 0.0, 1.5, 1.0, 2.5, 2.0]);
         }
+    }
+
+    #[test]
+    fn no_records_are_no_work() {
+        let fields = [Field { offset: 0, scalar: Scalar::F32 }, Field { offset: 8, scalar: Scalar::F32 }];
+        decode(&mut [0f32; 0], Records { bytes: &[], stride: 12, endian: Endian::Little }, &fields);
     }
 
     #[test]

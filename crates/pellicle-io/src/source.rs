@@ -292,11 +292,15 @@ impl<'a> Source<'a> {
         let needed = u128::from(count) * u128::from(bytes.max(1));
         // The last number of an ASCII file needs no separator behind it.
         if needed > u128::from(self.remaining()) + 1 {
-            return Err(self.fail(format!(
-                "{count} {what} are announced, which take at least {needed} bytes; the file has {} left: it is cut short \
-                 or its header is wrong",
-                self.remaining()
-            )));
+            let left = self.remaining();
+            let has = if self.is_inflating {
+                format!(
+                    "of compressed data no more than {left} are read here: decompress it first, unless it is damaged"
+                )
+            } else {
+                format!("the file has {left} left: it is cut short or its header is wrong")
+            };
+            return Err(self.fail(format!("{count} {what} are announced, which take at least {needed} bytes; {has}")));
         }
         let count = usize::try_from(count).map_err(|_| self.fail(format!("{count} {what} do not fit into memory")))?;
         let ahead = MAX_RESERVE_INFLATED / bytes.max(1) as usize + 1;

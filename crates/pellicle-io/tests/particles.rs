@@ -103,11 +103,16 @@ fn what_is_not_read_is_told_with_a_way_out() {
 #[test]
 fn no_particles_are_an_empty_result() {
     let folder = Folder::new();
-    let cases: [(&str, &[u8]); 7] = [
+    let cases: [(&str, &[u8]); 8] = [
         ("a.xyz", b""),
         ("a.csv", b""),
         ("b.csv", b"x,y,z,vx\n"),
-        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"),
+                (
+            "lists.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty list uchar int l\n\
+              property float y\nproperty float z\nend_header\n",
+        ),
+("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"),
         ("a.vtk", b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"),
         ("a.vtu", b"<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/></PolyData></VTKFile>"),
         ("a.bgeo", b"BgeoV\0\0\0\x05\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xff"),

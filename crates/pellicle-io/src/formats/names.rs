@@ -109,7 +109,9 @@ mod tests {
         list.iter().map(|&n| n.into()).collect()
     }
 
-    fn found(list: &[&str]) -> (Option<[usize; 3]>, Vec<(String, Vec<usize>)>) {
+    type Found = (Option<[usize; 3]>, Vec<(String, Vec<usize>)>);
+
+    fn found(list: &[&str]) -> Found {
         let groups = group(&names(list));
         (groups.position, groups.attributes.into_iter().map(|g| (g.name, g.columns)).collect())
     }

@@ -3,7 +3,7 @@
 //! All temporary files that live are listed, so that a program that is interrupted can remove them. Data are not
 //! forced to the disk: the promise holds for errors and interruptions of the program, not for a loss of power.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,8 @@ impl Temporary {
             return Err(fail("write there", io::Error::new(io::ErrorKind::NotFound, what)));
         }
         let mut hidden = OsString::from(".");
-        hidden.push(name);
+        // A name near the longest possible leaves no room for more.
+        hidden.push(if name.len() <= 200 { name } else { OsStr::new("pellicle") });
         hidden.push(format!(".{}-{}.tmp", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
         let temporary = folder.join(hidden);
         // Listed and created under one lock, lest an interruption falls between the two.

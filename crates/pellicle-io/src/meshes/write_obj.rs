@@ -3,7 +3,8 @@
 //! Numbers are written in the fewest digits that read back to the same value. Lines are formatted by several threads and
 //! written in order.
 
-use std::io::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 
 use pellicle::Mesh;
@@ -20,11 +21,9 @@ const BATCH: usize = 64;
 
 pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
     let file = Temporary::create(path)?;
-    let mut head = Vec::new();
     for comment in &options.comments {
-        head.extend_from_slice(format!("# {}\n", one_line(comment)).as_bytes());
+        put(&file, format!("# {}\n", one_line(comment)).as_bytes())?;
     }
-    put(&file, &head)?;
     if mesh.origin == [0.0; 3] {
         lines(&file, &mesh.vertices, |out, [x, y, z]| writeln!(out, "v {x} {y} {z}"))?;
     } else {
@@ -36,23 +35,56 @@ pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     lines(&file, &mesh.normals, |out, [x, y, z]| writeln!(out, "vn {x} {y} {z}"))?;
     let has_normals = !mesh.normals.is_empty();
     lines(&file, &mesh.triangles, |out, triangle| {
-        let [a, b, c] = triangle.map(|index| u64::from(index) + 1);
-        if has_normals { writeln!(out, "f {a}//{a} {b}//{b} {c}//{c}") } else { writeln!(out, "f {a} {b} {c}") }
+        out.push('f');
+        for index in triangle {
+            let digits = Digits::of(u64::from(index) + 1);
+            out.push(' ');
+            out.push_str(digits.text());
+            if has_normals {
+                out.push_str("//");
+                out.push_str(digits.text());
+            }
+        }
+        out.push('\n');
+        Ok(())
     })?;
     file.finish()
+}
+
+/// An index in decimals: several times as fast as the formatting of the standard library, and most of a file.
+struct Digits {
+    bytes: [u8; 10],
+    start: usize,
+}
+
+impl Digits {
+    /// Numbers up to 2^32, which have ten digits.
+    fn of(mut number: u64) -> Digits {
+        let (mut bytes, mut start) = ([b'0'; 10], 10);
+        while start > 0 && (number > 0 || start == 10) {
+            start -= 1;
+            bytes[start] = b'0' + (number % 10) as u8;
+            number /= 10;
+        }
+        Digits { bytes, start }
+    }
+
+    fn text(&self) -> &str {
+        std::str::from_utf8(&self.bytes[self.start..]).unwrap_or_default()
+    }
 }
 
 /// Writes a line for each item.
 fn lines<T: Copy + Sync>(
     file: &Temporary,
     items: &[T],
-    format: impl Fn(&mut Vec<u8>, T) -> std::io::Result<()> + Sync,
+    format: impl Fn(&mut String, T) -> std::fmt::Result + Sync,
 ) -> Result<(), Error> {
     for batch in items.chunks(TASK * BATCH) {
-        let texts: Vec<Vec<u8>> = batch
+        let texts: Vec<String> = batch
             .par_chunks(TASK)
             .map(|part| {
-                let mut text = Vec::with_capacity(part.len() * 40);
+                let mut text = String::with_capacity(part.len() * 40);
                 for &item in part {
                     // Writing to memory cannot fail.
                     let _ = format(&mut text, item);
@@ -61,7 +93,7 @@ fn lines<T: Copy + Sync>(
             })
             .collect();
         for text in &texts {
-            put(file, text)?;
+            put(file, text.as_bytes())?;
         }
     }
     Ok(())
@@ -69,4 +101,16 @@ fn lines<T: Copy + Sync>(
 
 fn put(file: &Temporary, bytes: &[u8]) -> Result<(), Error> {
     file.file().write_all(bytes).map_err(|source| file.fail("write", source))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Digits;
+
+    #[test]
+    fn indices_are_written_in_full() {
+        for number in [0, 1, 9, 10, 12_345, u64::from(u32::MAX) + 1] {
+            assert_eq!(Digits::of(number).text(), number.to_string());
+        }
+    }
 }

@@ -24,6 +24,8 @@ use crate::positional::write_all_at;
 
 /// Bytes of a triangle in the file.
 const TRIANGLE: usize = 13;
+/// Values of all attributes of a vertex, at most.
+const MAX_COMPONENTS: usize = 1 << 16;
 /// Bytes formatted between two writes: the buffer stays in the second level cache.
 const CHUNK: usize = 64 << 10;
 /// Bytes written at a time where no formatting is needed.
@@ -73,7 +75,11 @@ impl PlyFile {
             let needed = layout.vertex_count;
             return Err(Error::TooLarge { path: path.into(), what: "vertices with 32-bit indices", needed, available });
         }
-        let components: usize = layout.attributes.iter().map(|(_, components)| components).sum();
+        let components = layout.attributes.iter().fold(0usize, |sum, (_, components)| sum.saturating_add(*components));
+        if components > MAX_COMPONENTS {
+            let (needed, available) = (components as u64, MAX_COMPONENTS as u64);
+            return Err(Error::TooLarge { path: path.into(), what: "values per vertex", needed, available });
+        }
         let stride = (if layout.double { 24 } else { 12 }) + (if layout.normals { 12 } else { 0 }) + 4 * components;
         let temporary = Temporary::create(path)?;
         let header = header(layout);
@@ -239,7 +245,7 @@ fn header(layout: &PlyLayout) -> String {
         text.push_str("property float nx\nproperty float ny\nproperty float nz\n");
     }
     for (name, components) in &layout.attributes {
-        for property in property_names(name, *components) {
+        for property in property_names(name, *components, layout.normals) {
             let _ = writeln!(text, "property float {property}");
         }
     }
@@ -250,12 +256,14 @@ fn header(layout: &PlyLayout) -> String {
     text
 }
 
-/// The names of an attribute's components. PLY names are single words.
-fn property_names(name: &str, components: usize) -> Vec<String> {
+/// The names of an attribute's components: single words, none of which is that of a coordinate.
+fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<String> {
     let word: String = name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
     match (word.as_str(), components) {
         ("velocity", 3) => ["vx", "vy", "vz"].map(String::from).into(),
+        ("normal", 3) if !has_normals => ["nx", "ny", "nz"].map(String::from).into(),
         ("", 1) => vec!["unnamed".into()],
+        ("x" | "y" | "z" | "nx" | "ny" | "nz", 1) => vec![format!("{word}_value")],
         (word, 1) => vec![word.into()],
         (word, _) => (0..components).map(|i| format!("{word}_{i}")).collect(),
     }

@@ -1,4 +1,5 @@
 //! The same few particles in every format and variant that is read.
+#![allow(dead_code, reason = "no test uses all of it")]
 
 use std::io::Write;
 
