@@ -101,10 +101,10 @@ def test_check_tells_good_from_bad(pellicle, out):
     assert verdict.returncode == 1, verdict.stdout + verdict.stderr
 
 
-@slow
-@pytest.mark.parametrize("name", [name for name in FRAMES if not name.startswith("cbd1m")])
-def test_band_finds_all_that_full_evaluation_finds(pellicle, out, name):
+@pytest.mark.parametrize("cell", ["0.5", "1.0"])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=slow if name.startswith("cbd1m") else ()) for name in FRAMES])
+def test_band_finds_all_that_full_evaluation_finds(pellicle, out, name, cell):
     path, radius = frame(name)
     for band in ("auto", "full"):
-        assert_done(pellicle("mesh", path, "-r", radius, "-c", "0.5", "-o", out / f"{band}.ply", "--band", band, "-q"))
+        assert_done(pellicle("mesh", path, "-r", radius, "-c", cell, "-o", out / f"{band}.ply", "--band", band, "-q"))
     assert (out / "auto.ply").read_bytes() == (out / "full.ply").read_bytes()
