@@ -21,7 +21,7 @@ use crate::{
         count::{Counted, Part},
         emit::{Frame, Triangles, Vertices, want_needed},
     },
-    math::{ranges::for_each_part, simd::Unit},
+    math::{bits::ones, ranges::for_each_part, simd::Unit},
 };
 
 /// Positions in, mesh out, with default parameters for particles of one radius or with [`Params`] of your own.
@@ -386,11 +386,14 @@ impl Surface<'_> {
             for (part, next) in self.parts(chunk) {
                 let (own, rest) = vertices.split_at((next.first_vertex - part.first_vertex) as usize);
                 vertices = rest;
+                let octet = &band.fine.octets[part.octet as usize];
+                let mut counts = [0; 8];
+                ones(octet.filled.into()).for_each(|brick| counts[brick] = counted.crossings(octet, brick).vertices());
                 work(OctetVertices {
                     cells,
                     step: self.lattice.step(),
-                    octet: band.fine.octets[part.octet as usize].at,
-                    counts: std::array::from_fn(|brick| counted.crossings(part.octet, brick).vertices()),
+                    octet: octet.at,
+                    counts,
                     origin: self.frame.origin,
                     per_unit: 1.0 / self.lattice.support,
                     vertices: own,
