@@ -271,8 +271,10 @@ static AROUND: [(u8, u8); 64] = {
     while n < 64 {
         // Position 0 is the upper brick of the octet below, 3 the lower one of the octet above.
         let at = [n & 3, n >> 2 & 3, n >> 4];
-        let octet = (at[0] + 1) / 2 + 3 * ((at[1] + 1) / 2) + 9 * ((at[2] + 1) / 2);
-        let index = (at[0] + 1) % 2 | (at[1] + 1) % 2 << 1 | (at[2] + 1) % 2 << 2;
+        // One further, the octet below ends at 2, the middle one at 4: halves are octets.
+        let up = [at[0] + 1, at[1] + 1, at[2] + 1];
+        let octet = (up[0] >> 1) + 3 * (up[1] >> 1) + 9 * (up[2] >> 1);
+        let index = (up[0] & 1) | (up[1] & 1) << 1 | (up[2] & 1) << 2;
         table[n] = (octet as u8, index as u8);
         n += 1;
     }

@@ -75,7 +75,6 @@ impl Cells {
     }
 
     /// Each particle's index in the caller's order.
-    #[cfg(test)]
     pub(crate) fn order(&self) -> &[u32] {
         &self.order[..self.len]
     }

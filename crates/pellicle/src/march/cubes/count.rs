@@ -1,4 +1,6 @@
 //! Classify, count, sum: where every octet's vertices and triangles will go.
+//!
+//! Source: this project; see [`super`].
 
 use rayon::prelude::*;
 

@@ -1,4 +1,6 @@
 //! Write vertices and triangles of counted octets to their places.
+//!
+//! Source: this project; see [`super`].
 
 use super::{
     above, brick_above,

@@ -3,17 +3,20 @@
 //! Candidates come in canonical order (chunk by chunk, row by row of cells), positions in the frame asked for, columns
 //! beside them, so that a loop over them streams through memory. A candidate lies within the support of the box, with
 //! a margin for rounding; beyond the support a field is exactly zero, so the margin never shows in a value.
+//!
+//! Source: this project; compressing vectors takes the place of the linked lists of Rosenberg & Birdwell 2008, section 5.
 
+use super::{
+    cells::{Cells, cell_index},
+    directory::Cursor,
+};
 use crate::{
-    field::{Field, MAX_COLUMNS},
     lattice::{CHUNK, cover},
-    lookup::{
-        cells::{Cells, cell_index},
-        directory::Cursor,
-    },
     math::simd::{LANES, Simd},
 };
 
+/// Most columns that a particle may bring: a symmetric matrix, a volume and a radius.
+pub(crate) const MAX_COLUMNS: usize = 8;
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
 pub(crate) const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
@@ -46,10 +49,10 @@ impl Candidates {
         [&self.axes[0][..self.len], &self.axes[1][..self.len], &self.axes[2][..self.len]]
     }
 
-    /// The columns, each as long as there are candidates; those that the field does not ask for are empty.
+    /// The columns, each as long as there are candidates; those from `count` on are empty.
     #[inline(always)]
-    pub(crate) fn columns_of<F: Field>(&self) -> [&[f32]; MAX_COLUMNS] {
-        std::array::from_fn(|c| if c < F::COLUMNS { &self.columns[c][..self.len] } else { &[][..] })
+    pub(crate) fn columns(&self, count: usize) -> [&[f32]; MAX_COLUMNS] {
+        std::array::from_fn(|c| if c < count { &self.columns[c][..self.len] } else { &[][..] })
     }
 
     /// The first two columns.
