@@ -25,6 +25,7 @@ import math
 import os
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -62,7 +63,7 @@ def main():
             record_frame(options, run, frame)
             write_out(options.out, run)
     write_out(options.out, run)
-    print(f"\n{summary(run)}\nwritten to {options.out}")
+    print(f"\n{summary(run)}\n\nwritten to {options.out}")
     disagree = any(row["agrees"] is False for row in run["rows"])
     return 1 if run["failures"] or disagree or not run["rows"] else 0
 
@@ -95,18 +96,19 @@ def parse_arguments():
 
 def prepare(options):
     """Builds pellicle, makes sure that nothing is missing, and begins the record."""
-    # Before hours of runs, not after: what the checks will import.
+    # Now, before the build adds its own.
+    load = os.getloadavg()[0]
+    if load > 0.5:
+        print(f"the machine is busy (load {load:.1f}): times will be off", file=sys.stderr)
+    # What the checks import must be there before an hour of runs, not after.
     output([options.python, "-c", "import numpy, scipy, trimesh"])
     subprocess.run(["cargo", "build", "--release", "--package", "pellicle-cli"], cwd=ROOT, check=True)
     metadata = output(["cargo", "metadata", "--no-deps", "--format-version", "1"])
     options.ours = Path(json.loads(metadata)["target_directory"]) / "release/pellicle"
     options.out.mkdir(parents=True, exist_ok=True)
-    load = os.getloadavg()[0]
-    if load > 0.5:
-        print(f"the machine is busy (load {load:.1f}): times will be off", file=sys.stderr)
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
-        "command": without_folders(" ".join(["python3", *sys.argv])),
+        "command": without_folders(shlex.join(["python3", *sys.argv])),
         "machine": {**machine(), "load_before": load},
         "versions": versions(options),
         "left_out": {},
@@ -203,7 +205,9 @@ def compare(options, run, frame, arguments):
     command += [*arguments, "--ours", options.ours, "--splashsurf", options.splashsurf]
     command = [str(word) for word in command]
     lines = []
-    run["raw"].append("$ " + without_folders(" ".join(command)))
+    if "--no-check" not in command:
+        run["raw"].append("# For the agreement only: memory is that of the script, which holds the judge.")
+    run["raw"].append("$ " + without_folders(shlex.join(command)))
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as script:
         for line in script.stdout:
             print(line, end="", flush=True)

@@ -30,7 +30,7 @@ fn main() {
         .sample_size(10)
         .nresamples(10_000)
         .warm_up_time(Duration::from_millis(200))
-        .measurement_time(Duration::from_secs(1))
+        .measurement_time(Duration::from_secs(2))
         .configure_from_args();
     for input in inputs::all() {
         bench(&mut criterion, &input);
