@@ -2,7 +2,8 @@
 //!
 //! The rest spacing follows from how many particles a volume holds. Around some particles, spread evenly over the caller's
 //! order, the sphere up to the 32nd neighbour is measured. Near a surface it is half empty, so not
-//! the middle but the upper quarter of the densities counts.
+//! the middle but the upper quarter of the densities counts. Where all nearest neighbours are equally far, as on a lattice,
+//! that distance is the spacing.
 //!
 //! Source: this project; the estimate of a density by the k-th neighbour is Loftsgaarden & Quesenberry 1965.
 
@@ -24,6 +25,11 @@ struct Nearest {
 
 impl Nearest {
     const NONE: Self = Self { len: 0, dist_sq: [f64::INFINITY; NEIGHBOURS] };
+
+    /// Distance of the nearest neighbour at another place.
+    fn first(&self) -> Option<f64> {
+        self.dist_sq[..self.len].iter().find(|&&d| d > 0.0).map(|d| d.sqrt())
+    }
 
     #[inline(always)]
     fn add(&mut self, dist_sq: f64) {
@@ -71,9 +77,20 @@ pub fn infer_radius(positions: Positions<'_>) -> Option<f64> {
                 a
             },
         );
-    let mut spacings: Vec<f64> = nearest.iter().filter_map(spacing).collect();
-    spacings.sort_by(f64::total_cmp);
+    // Particles that have hardly moved from a lattice say their spacing themselves, however few they are.
+    let steps = sorted(nearest.iter().filter_map(Nearest::first));
+    let (low, high) = (*steps.get(steps.len() / 10)?, *steps.get(steps.len() * 9 / 10)?);
+    if high <= 1.01 * low {
+        return Some(0.5 * low);
+    }
+    let spacings = sorted(nearest.iter().filter_map(spacing));
     Some(0.5 * spacings.get(spacings.len() / 4)?)
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
 }
 
 /// The spacing of a cubic lattice as dense as the particles around one.
@@ -84,7 +101,7 @@ fn spacing(nearest: &Nearest) -> Option<f64> {
     let held = distinct.count() as f64 + 1.0;
     if held < 0.75 * NEIGHBOURS as f64 {
         // Too few for a density: the nearest neighbour is all there is to go by.
-        return nearest.dist_sq.iter().find(|&&d| d > 0.0).map(|d| d.sqrt());
+        return nearest.first();
     }
     Some((4.0 / 3.0 * std::f64::consts::PI * dist.powi(3) / held).cbrt())
 }
@@ -98,9 +115,23 @@ mod tests {
     }
 
     #[test]
-    fn a_lattice_has_half_its_spacing() {
-        let radius = infer_radius((&lattice(20, 0.05)).into()).unwrap();
-        assert!((radius / 0.025 - 1.0).abs() < 0.02, "{radius}");
+    fn a_lattice_has_half_its_spacing_however_small() {
+        for n in [2, 5, 20] {
+            let radius = infer_radius((&lattice(n, 0.05)).into()).unwrap();
+            assert!((radius / 0.025 - 1.0).abs() < 1e-5, "{n}: {radius}");
+        }
+    }
+
+    #[test]
+    fn particles_in_disorder_go_by_their_density() {
+        let mut state = 7u32;
+        let mut jitter = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            0.025 * ((state >> 8) as f32 / (1 << 24) as f32 - 0.5)
+        };
+        let positions: Vec<_> = lattice(20, 0.05).into_iter().map(|p| p.map(|v| v + jitter())).collect();
+        let radius = infer_radius((&positions).into()).unwrap();
+        assert!((radius / 0.025 - 1.0).abs() < 0.05, "{radius}");
     }
 
     #[test]
