@@ -34,7 +34,9 @@ fn draw(random: &mut Random) -> Scene {
     let jitter = random.within(0.0, 0.6);
     let mut scene = match random.below(8) {
         0..4 => {
-            let hole = random.choose(&cavities::HOLES);
+            let radius = random.within(0.5, 2.5);
+            let listed = random.choose(&cavities::HOLES);
+            let hole = random.choose(&[cavities::Hole::Ball(radius), listed]);
             cavities::bulk(8, jitter, hole, random)
         }
         4 => cavities::thin_sheet(jitter, random),

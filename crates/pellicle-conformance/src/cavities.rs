@@ -18,12 +18,14 @@ pub enum Hole {
     Shell,
     /// A layer one spacing thick, but for a rim.
     Slit,
+    /// A ball of this radius, in spacings, around a place between the particles.
+    Ball(f64),
     /// Each particle with this chance.
     Random(f64),
 }
 
 /// All holes.
-pub const HOLES: [Hole; 10] = [
+pub const HOLES: [Hole; 13] = [
     Hole::Nothing,
     Hole::One,
     Hole::Pair(1),
@@ -31,6 +33,9 @@ pub const HOLES: [Hole; 10] = [
     Hole::Pair(3),
     Hole::Shell,
     Hole::Slit,
+    Hole::Ball(1.0),
+    Hole::Ball(1.5),
+    Hole::Ball(2.0),
     Hole::Random(0.05),
     Hole::Random(0.1),
     Hole::Random(0.2),
@@ -41,27 +46,36 @@ pub const HOLES: [Hole; 10] = [
 pub fn bulk(side: i32, jitter: f64, hole: Hole, random: &mut Random) -> Scene {
     let middle = side / 2;
     let shift = random.offset(4.0 * SPACING);
+    let centre = random.offset(0.5);
     let mut positions = Vec::new();
     for i in 0..side * side * side {
         let at = [i % side, i / side % side, i / (side * side)];
         let offset = random.offset(jitter * SPACING);
         let chance = random.within(0.0, 1.0);
-        if !in_hole(hole, at.map(|v| v - middle), middle, chance) {
+        let inside_ball = |radius: f64| {
+            let from_centre = |a: usize| f64::from(at[a] - middle) + offset[a] / SPACING - centre[a];
+            (0..3).map(|a| from_centre(a).powi(2)).sum::<f64>() < radius * radius
+        };
+        let missing = match hole {
+            Hole::Ball(radius) => inside_ball(radius),
+            Hole::Random(share) => chance < share,
+            _ => in_hole(hole, at.map(|v| v - middle), middle),
+        };
+        if !missing {
             positions.push(std::array::from_fn(|a| f64::from(at[a]) * SPACING + offset[a] + shift[a]));
         }
     }
     Scene::new(format!("bulk of {side}³, jitter {jitter:.3}, {hole:?}"), positions)
 }
 
-fn in_hole(hole: Hole, at: [i32; 3], half: i32, chance: f64) -> bool {
+fn in_hole(hole: Hole, at: [i32; 3], half: i32) -> bool {
     let square = at.iter().map(|v| v * v).sum::<i32>();
     match hole {
-        Hole::Nothing => false,
         Hole::One => square == 0,
         Hole::Pair(axes) => square == 0 || (0..3).all(|a| at[a] == i32::from(a < axes)),
         Hole::Shell => square == 1,
         Hole::Slit => at[2] == 0 && at[0].abs().max(at[1].abs()) < half - 2,
-        Hole::Random(share) => chance < share,
+        Hole::Nothing | Hole::Ball(_) | Hole::Random(_) => false,
     }
 }
 
@@ -122,16 +136,23 @@ pub fn weakened_drop(crowd: usize) -> Scene {
     Scene::new(format!("drop weakened by a crowd of {crowd}"), positions)
 }
 
-/// Eight particles around a coarse cell, each `outward` support radii beyond a corner: all corners are well inside, the
-/// middle may not be.
-pub fn caged_hollow(outward: f64, iso: f64) -> Scene {
+/// A hollow at the middle of a coarse cell: particles at a point, given from there in support radii, and at all points that
+/// the symmetries of the cube make of it (up to 48). At the right points all corners of the coarse cell are well inside,
+/// and its middle is not.
+pub fn caged_hollow(point: [f64; 3], iso: f64) -> Scene {
     let support = 4.0 * RADIUS;
-    let corner = 0.25 + outward / 3f64.sqrt();
-    let positions = (0..8)
-        .map(|c| std::array::from_fn(|a| support * (0.25 + if c >> a & 1 == 0 { -corner } else { corner })))
-        .collect();
-    let mut scene =
-        Scene::new(format!("hollow caged by eight, {outward:.3} beyond the corners, iso {iso:.3}"), positions);
+    let mut positions: Vec<[f64; 3]> = Vec::new();
+    for [a, b, c] in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        for signs in 0..8 {
+            let turned = [point[a], point[b], point[c]];
+            let at =
+                std::array::from_fn(|a| support * (0.25 + if signs >> a & 1 == 0 { turned[a] } else { -turned[a] }));
+            if !positions.contains(&at) {
+                positions.push(at);
+            }
+        }
+    }
+    let mut scene = Scene::new(format!("hollow caged from {point:.3?}, iso {iso:.3}"), positions);
     scene.params.iso = iso;
     scene
 }
