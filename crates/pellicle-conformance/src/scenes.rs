@@ -150,15 +150,15 @@ fn coincident(name: &str, count: usize) -> Scene {
 pub fn ball() -> Scene {
     let positions = lattice_points(1.0, |p| length(p) < 1.0);
     let volume = positions.len() as f64 * SPACING.powi(3);
-    // The isovalue puts the surface somewhat beyond the outermost particles' own cubes.
-    Scene::new("ball", positions).known(Known { volume: Some((volume, 0.15)), ..Known::topology(1, 2) })
+    // The default isovalue puts the surface close to the outermost particles' own cubes.
+    Scene::new("ball", positions).known(Known { volume: Some((volume, 0.03)), ..Known::topology(1, 2) })
 }
 
 /// A torus of particles: one handle.
 pub fn torus() -> Scene {
     let positions = lattice_points(1.6, |[x, y, z]| (x.hypot(y) - 1.1).hypot(z) < 0.42);
     let volume = positions.len() as f64 * SPACING.powi(3);
-    Scene::new("torus", positions).known(Known { volume: Some((volume, 0.25)), ..Known::topology(1, 0) })
+    Scene::new("torus", positions).known(Known { volume: Some((volume, 0.05)), ..Known::topology(1, 0) })
 }
 
 /// A hollow ball, its skin two or three particles thick: an outer and an inner surface.

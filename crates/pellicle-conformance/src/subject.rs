@@ -20,7 +20,7 @@ pub enum Delivery {
 pub enum Memory {
     /// All.
     Unlimited,
-    /// The least that is not refused: what the errors ask for.
+    /// About the least that is not refused: what the errors ask for, in steps of a sixteenth.
     Least,
 }
 
@@ -85,12 +85,12 @@ impl Subject {
         if self.memory == Memory::Least {
             params.max_memory = Some(0);
         }
-        // Each refusal names what is needed at least at its stage; there are few stages.
-        for _ in 0..16 {
+        // Each refusal names what is needed at least at its stage. Sixteenths bound the number of steps.
+        for _ in 0..200 {
             match in_pool(self.threads, || self.attempt(positions, attributes, &params)) {
                 Err(Error::Memory { needed, available, .. }) if self.memory == Memory::Least => {
                     let missing = needed.saturating_sub(available);
-                    params.max_memory = params.max_memory.map(|limit| limit + missing);
+                    params.max_memory = params.max_memory.map(|limit| limit + missing.max(limit / 16));
                 }
                 result => return result,
             }
