@@ -32,7 +32,7 @@ fn main() {
 
 fn draw(random: &mut Random) -> Scene {
     let jitter = random.within(0.0, 0.6);
-    let mut scene = match random.below(8) {
+    let mut scene = match random.below(9) {
         0..4 => {
             let radius = random.within(0.5, 2.5);
             let listed = random.choose(&cavities::HOLES);
@@ -42,6 +42,13 @@ fn draw(random: &mut Random) -> Scene {
         4 => cavities::thin_sheet(jitter, random),
         5 => cavities::isolated_groups(random),
         6 => {
+            let (radius, density) = (random.within(0.35, 0.9), 2f64.powf(random.within(-1.0, 3.5)));
+            // In the middle of a coarse cell only with these.
+            let mut scene = cavities::hollow(radius, density, random);
+            scene.params.iso = random.within(0.1, 0.95);
+            return scene;
+        }
+        7 => {
             let density = 2f64.powf(random.within(-5.0, 2.0));
             cavities::spray(600, density, random)
         }

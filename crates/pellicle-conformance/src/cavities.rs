@@ -126,6 +126,19 @@ pub fn clusters(random: &mut Random) -> Scene {
     Scene { name: "clusters in bulk".into(), ..scene }
 }
 
+/// A ball of particles at random places, `per_spacing` of them a rest volume, around an empty ball in the middle of a
+/// coarse cell. Radius in support radii, of a kernel of four particle radii.
+pub fn hollow(radius: f64, per_spacing: f64, random: &mut Random) -> Scene {
+    let support = 4.0 * RADIUS;
+    let half = support * (radius + 1.1);
+    let count = (per_spacing * (2.0 * half / SPACING).powi(3)) as usize;
+    let square = |p: &[f64; 3]| p.iter().map(|v| v * v).sum::<f64>();
+    let kept = (support * radius).powi(2)..half * half;
+    let around = (0..count).map(|_| random.offset(half)).filter(|p| kept.contains(&square(p)));
+    let positions = around.map(|p| p.map(|v| v + 0.25 * support)).collect();
+    Scene::new(format!("hollow of {radius:.3}, {per_spacing:.3} a rest volume"), positions)
+}
+
 /// One particle in the middle of a coarse cell, and many at one point at 0.9 support radii: they halve the weight of the
 /// lone one, so that its drop is smaller, but as blunt, as any other.
 pub fn weakened_drop(crowd: usize) -> Scene {

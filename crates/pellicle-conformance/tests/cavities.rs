@@ -77,6 +77,15 @@ fn a_hollow_in_bulk_is_a_surface_of_its_own() {
 }
 
 #[test]
+fn hollows_in_the_middle_of_a_coarse_cell_are_found() {
+    for seed in 0..40 {
+        let mut random = Random::new(seed);
+        let (radius, density) = (random.within(0.35, 0.9), random.within(0.5, 8.0));
+        loses_nothing(&cavities::hollow(radius, density, &mut random));
+    }
+}
+
+#[test]
 fn thin_sheets_are_found() {
     for (seed, jitter) in [0.0, 0.1, 0.25, 0.5].into_iter().enumerate() {
         let scene = cavities::thin_sheet(jitter, &mut Random::new(seed as u64));
