@@ -48,6 +48,16 @@ fn unknown_lanes(word: &str) -> Failure {
     Failure::Usage(format!("{LANES_VARIABLE}={word}: must be auto, avx512, avx2 or portable"))
 }
 
+/// Bytes of memory that the system can still give out without swapping. Linux only.
+pub fn available_memory() -> Option<u64> {
+    meminfo(&std::fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+fn meminfo(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
 /// The largest resident memory of this process so far, in bytes. Linux only; elsewhere nobody is misled by a guess.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
@@ -66,6 +76,13 @@ mod tests {
         for word in ["sse9", "AVX512 ", "none"] {
             assert!(matches!(lanes(word), Err(Failure::Usage(_))), "{word}");
         }
+    }
+
+    #[test]
+    fn available_memory_is_read_from_its_line() {
+        let text = "MemTotal:       24684084 kB\nMemFree:        1 kB\nMemAvailable:   23000000 kB\n";
+        assert_eq!(meminfo(text), Some(23_000_000 * 1024));
+        assert_eq!(meminfo("MemTotal: 1 kB"), None);
     }
 
     #[test]

@@ -3,13 +3,14 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use pellicle::{Attribute, Chunk, Control, Params, Reconstructor, Surface};
+use pellicle::{Attribute, Chunk, Control, Params, Reconstructor, Stats, Surface};
 use pellicle_io::{PlyFile, PlyLayout, WriteOptions};
 
 use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::failure::Failure;
 use crate::interrupt::{self, Phase};
+use crate::machine;
 use crate::target::Target;
 use crate::values::show_bytes;
 
@@ -35,6 +36,8 @@ pub struct Made {
     pub triangles: usize,
     /// Size of the file.
     pub bytes: u64,
+    /// What the work amounted to.
+    pub stats: Stats,
 }
 
 /// Makes the surface and writes it, in the current pool of threads.
@@ -49,6 +52,7 @@ pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Fa
     let mut reconstructor = Reconstructor::new();
     let surface = reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?;
     let (vertices, triangles) = (surface.vertex_count(), surface.triangle_count());
+    let stats = surface.stats();
     clock.begin("write");
     let path = order.target.path();
     if order.target.is_stream() {
@@ -62,7 +66,7 @@ pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Fa
     }
     interrupt::enter(Phase::Written);
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes })
+    Ok(Made { vertices, triangles, bytes, stats })
 }
 
 /// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.
@@ -124,9 +128,10 @@ impl From<pellicle_io::Error> for Broken {
     }
 }
 
-/// What the limit leaves for the core: the particles are in memory already.
+/// What the limit leaves for the core: the particles are in memory already. Without a limit it is what the system can
+/// give, so that a cell far too small is refused and does not take the machine down.
 fn memory_left(cloud: &Cloud, order: &Order) -> Result<Option<u64>, Failure> {
-    let Some(limit) = order.params.max_memory else { return Ok(None) };
+    let Some(limit) = order.params.max_memory else { return Ok(machine::available_memory()) };
     match limit.checked_sub(cloud.bytes()) {
         Some(left @ 1..) => Ok(Some(left)),
         _ => Err(Failure::file(

@@ -3,6 +3,23 @@
 use std::fs::File;
 use std::io;
 
+/// Reserves room for a file of `len` bytes, where the system and its file system can: a full disk is then known before
+/// anything is written, and the blocks need not be found when the file gets its name.
+pub(crate) fn reserve(file: &File, len: u64) -> io::Result<()> {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::{fs, io::Errno};
+        if len > 0 {
+            return match fs::fallocate(file, fs::FallocateFlags::empty(), 0, len) {
+                Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) | Ok(()) => Ok(()),
+                Err(error) => Err(error.into()),
+            };
+        }
+    }
+    let _ = (file, len);
+    Ok(())
+}
+
 /// Reads exactly `to.len()` bytes that begin at `offset`.
 #[cfg(unix)]
 pub(crate) fn read_exact_at(file: &File, to: &mut [u8], offset: u64) -> io::Result<()> {

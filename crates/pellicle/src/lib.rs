@@ -1,4 +1,32 @@
-//! Particles and volumes to surface meshes.
+//! Particles and volumes to surface meshes: fast, exact, in bounded memory, the same bytes every time.
+//!
+//! ```text
+//!  positions, attributes ──► Reconstructor::extract ──► Surface (exact counts) ──┬─► Mesh
+//!                                                                                └─► chunks, written anywhere
+//!  stage by stage:  sort ─► Sorted ─► weigh ─► Weighed ─► sample ─► Sampled ─► count ─► Surface
+//! ```
+//!
+//! One call does it all:
+//!
+//! ```
+//! let positions = [[0.0f32, 0.0, 0.0], [0.05, 0.0, 0.0]];
+//! let mesh = pellicle::reconstruct(&positions, &pellicle::Params::new(0.025))?;
+//! assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+//! # Ok::<(), pellicle::Error>(())
+//! ```
+//!
+//! # Conventions
+//! A sample is *inside* when it is greater than the isovalue; equal is outside. Triangles wind counter-clockwise seen from
+//! outside, normals point outward. The lattice is anchored at the world's origin, so that a still fluid gives the same
+//! triangles in every frame. A mesh is an `f64` origin plus `f32` offsets.
+//!
+//! # What a mesh guarantees
+//! Closed, oriented, 2-manifold, by index and without welding; the same bytes for any number of threads, any memory limit
+//! and any vector unit. And what not: no two vertices need be at different places (a sample may equal the isovalue), thin
+//! triangles occur, and where a cell's signs are ambiguous inside corners are kept apart, which need not be the topology of
+//! the trilinear interpolant.
+//!
+//! The library prints nothing, reads no clock and starts no threads of its own: it runs in the current rayon pool.
 
 pub mod mesh;
 pub mod particles;
@@ -20,6 +48,6 @@ pub use error::Error;
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};
-pub use pipeline::{Chunk, Reconstructor, Surface, reconstruct};
+pub use pipeline::{Chunk, Reconstructor, Sampled, Sorted, Surface, Weighed, reconstruct};
 pub use progress::{CancelToken, Control, Stage};
 pub use stats::Stats;

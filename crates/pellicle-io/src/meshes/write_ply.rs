@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::WriteOptions;
 use super::temporary::Temporary;
 use crate::error::Error;
-use crate::positional::write_all_at;
+use crate::positional::{reserve, write_all_at};
 
 /// Bytes of a triangle in the file.
 const TRIANGLE: usize = 13;
@@ -64,6 +64,11 @@ pub struct PlyFile {
     written: AtomicU64,
 }
 
+/// Bytes behind the header.
+fn data_len(layout: &PlyLayout, stride: usize) -> u64 {
+    layout.vertex_count * stride as u64 + layout.triangle_count * TRIANGLE as u64
+}
+
 impl PlyFile {
     /// Creates the file, under a temporary name, and writes its header.
     ///
@@ -83,6 +88,8 @@ impl PlyFile {
         let stride = (if layout.double { 24 } else { 12 }) + (if layout.normals { 12 } else { 0 }) + 4 * components;
         let temporary = Temporary::create(path)?;
         let header = header(layout);
+        let len = header.len() as u64 + data_len(layout, stride);
+        reserve(temporary.file(), len).map_err(|source| temporary.fail("reserve room", source))?;
         write_all_at(temporary.file(), header.as_bytes(), 0).map_err(|source| temporary.fail("write", source))?;
         let header = header.len() as u64;
         Ok(PlyFile { temporary, layout: layout.clone(), header, stride, written: AtomicU64::new(0) })
@@ -158,7 +165,7 @@ impl PlyFile {
     /// # Errors
     /// [`Error::Length`] if not every vertex and triangle was written, [`Error::Sink`].
     pub fn finish(self) -> Result<(), Error> {
-        let expected = self.layout.vertex_count * self.stride as u64 + self.layout.triangle_count * TRIANGLE as u64;
+        let expected = data_len(&self.layout, self.stride);
         let found = self.written.load(Ordering::Acquire);
         if found != expected {
             let path = self.temporary.path().into();

@@ -42,8 +42,12 @@ pub(crate) struct Band {
     /// Whether the fine bricks' values were kept; otherwise who needs one computes it again.
     pub(crate) has_values: bool,
     done: Vec<(u32, u8)>,
+    /// For each group of octets, the bricks that they ask for.
     requests: Vec<Vec<(Coord, u8)>>,
 }
+
+/// Octets that one task looks through.
+const GROUP: usize = 32;
 
 /// Bytes that may be used beside the particles.
 #[derive(Clone, Copy, Debug)]
@@ -94,13 +98,14 @@ impl Band {
     fn want_unsure(&mut self, multiple: i32) {
         let coarse = &self.coarse;
         let found = &mut self.requests;
-        found.resize_with(coarse.octets.len().max(found.len()), Vec::new);
-        coarse.octets.par_iter().zip(&mut *found).for_each(|(octet, found)| {
+        let groups = coarse.octets.len().div_ceil(GROUP);
+        found.resize_with(groups.max(found.len()), Vec::new);
+        coarse.octets.par_chunks(GROUP).zip(&mut *found).for_each(|(octets, found)| {
             found.clear();
-            for_each_unsure(coarse, octet, |cell| push_bricks(found, cell, multiple));
+            octets.iter().for_each(|octet| for_each_unsure(coarse, octet, |cell| push_bricks(found, cell, multiple)));
         });
         let mut cursor = Cursor::default();
-        for (at, bricks) in found[..coarse.octets.len()].iter().flatten() {
+        for (at, bricks) in found[..groups].iter().flatten() {
             self.fine.want(*at, *bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
         }
     }
@@ -109,18 +114,19 @@ impl Band {
     fn want_disagreeing(&mut self, multiple: i32) {
         let (coarse, fine) = (&self.coarse, &self.fine);
         let found = &mut self.requests;
-        found.resize_with(self.done.len().max(found.len()), Vec::new);
-        self.done.par_iter().zip(&mut *found).for_each(|(&(id, bricks), found)| {
+        let groups = self.done.len().div_ceil(GROUP);
+        found.resize_with(groups.max(found.len()), Vec::new);
+        self.done.par_chunks(GROUP).zip(&mut *found).for_each(|(done, found)| {
             found.clear();
             let mut cursor = Cursor::default();
-            let inside = |octet| inside_bricks(coarse, &mut cursor, octet, multiple);
-            find_disagreeing(fine, &fine.octets[id as usize], bricks, inside, found);
+            for &(id, bricks) in done {
+                let inside = |octet| inside_bricks(coarse, &mut cursor, octet, multiple);
+                find_disagreeing(fine, &fine.octets[id as usize], bricks, inside, found);
+            }
         });
         let mut cursor = Cursor::default();
-        for i in 0..self.done.len() {
-            for &(at, bricks) in &self.requests[i] {
-                self.fine.want(at, bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
-            }
+        for &(at, bricks) in found[..groups].iter().flatten() {
+            self.fine.want(at, bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
         }
     }
 }
@@ -265,8 +271,10 @@ static AROUND: [(u8, u8); 64] = {
     while n < 64 {
         // Position 0 is the upper brick of the octet below, 3 the lower one of the octet above.
         let at = [n & 3, n >> 2 & 3, n >> 4];
-        let octet = (at[0] + 1) / 2 + 3 * ((at[1] + 1) / 2) + 9 * ((at[2] + 1) / 2);
-        let index = (at[0] + 1) % 2 | (at[1] + 1) % 2 << 1 | (at[2] + 1) % 2 << 2;
+        // One further, the octet below ends at 2, the middle one at 4: halves are octets.
+        let up = [at[0] + 1, at[1] + 1, at[2] + 1];
+        let octet = (up[0] >> 1) + 3 * (up[1] >> 1) + 9 * (up[2] >> 1);
+        let index = (up[0] & 1) | (up[1] & 1) << 1 | (up[2] & 1) << 2;
         table[n] = (octet as u8, index as u8);
         n += 1;
     }
@@ -347,8 +355,18 @@ fn find_disagreeing(
 }
 
 /// Offset of octet `i` of 27.
-const fn offset(i: usize) -> Coord {
-    [i as i32 % 3 - 1, i as i32 / 3 % 3 - 1, i as i32 / 9 - 1]
+#[inline(always)]
+fn offset(i: usize) -> Coord {
+    static TABLE: [Coord; 27] = {
+        let mut table = [[0; 3]; 27];
+        let mut i = 0;
+        while i < 27 {
+            table[i as usize] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
+            i += 1;
+        }
+        table
+    };
+    TABLE[i]
 }
 
 #[cfg(test)]

@@ -1,5 +1,4 @@
-//! Where to look: which bricks may hold a crossing, and which particles matter there.
+//! Where to look: which bricks may hold a crossing.
 
 pub(crate) mod band;
-pub(crate) mod gather;
 pub(crate) mod store;

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Particles summed side by side.
-const GROUP: usize = 4;
+const GROUP: usize = 2;
 /// Far enough from every chunk to contribute nothing.
 const NOWHERE: f32 = 1e3;
 
@@ -134,15 +134,14 @@ impl Near {
 
     #[inline(always)]
     fn append<S: Simd>(&mut self, s: S, cells: &Cells, run: std::ops::Range<usize>, shift: [f32; 3]) {
-        let sources = [&cells.x, &cells.y, &cells.z];
-        for a in 0..3 {
-            let to = &mut self.axes[a];
+        let end = run.start + run.len().next_multiple_of(LANES);
+        for ((to, from), shift) in self.axes.iter_mut().zip([&cells.x, &cells.y, &cells.z]).zip(shift) {
             if to.len() < self.len + run.len() + LANES {
                 to.resize(2 * (self.len + run.len() + LANES), 0.0);
             }
-            for i in (0..run.len()).step_by(LANES) {
-                let v = s.add(s.load(&sources[a][run.start + i..]), s.splat(shift[a]));
-                s.store(v, &mut to[self.len + i..]);
+            let to = to[self.len..].chunks_exact_mut(LANES);
+            for (from, to) in from[run.start..end].chunks_exact(LANES).zip(to) {
+                s.store(s.add(s.load(from), s.splat(shift)), to);
             }
         }
         self.len += run.len();

@@ -6,15 +6,14 @@
 //! A field says what a particle brings besides its position (its *columns*), how one particle is added to the sums of 16
 //! nodes, and how the sums become a value. Sums may have several channels (a weighted centre needs 4, with its Jacobian
 //! 13), columns may be a matrix; `tests` below sketch both. Loops, lookup and lanes are not a field's business.
+//!
+//! Source: this project; each field names its own.
 
 pub(crate) mod density;
 pub(crate) mod kernel;
 pub(crate) mod sph;
 
-use crate::math::simd::Simd;
-
-/// Most columns that a field may ask for: a symmetric matrix, a volume and a radius.
-pub(crate) const MAX_COLUMNS: usize = 8;
+use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 
 /// One particle's columns.
 #[derive(Clone, Copy)]

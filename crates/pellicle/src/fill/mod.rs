@@ -1,13 +1,17 @@
 //! Field values of bricks: the hot stage. `simd` is what runs, [`scalar`] what it must equal, bit for bit.
+//!
+//! Source: this project; see `simd`.
 
 pub(crate) mod points;
 #[cfg(test)]
 mod scalar;
 pub(crate) mod simd;
+#[cfg(test)]
+mod tests;
 
 use crate::{
-    bricks::gather::Box3,
     lattice::{BRICK, Coord, OCTET},
+    lookup::gather::Box3,
 };
 
 /// Values of a brick's nodes, x fastest.

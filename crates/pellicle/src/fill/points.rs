@@ -11,10 +11,12 @@ use std::ops::Range;
 use super::{brick_origin, corner, node_offset};
 use crate::{
     Attribute,
-    bricks::gather::{Box3, Candidates},
     field::{Field, Row, kernel::half_spline},
     lattice::{BRICK, Coord, OCTET},
-    lookup::cells::Cells,
+    lookup::{
+        cells::Cells,
+        gather::{Box3, Candidates},
+    },
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -109,7 +111,7 @@ impl<F: Field> Kernel for Normals<'_, F> {
     fn run<S: Simd>(self, s: S) {
         let Self { of, field, columns, to } = self;
         of.for_each_group(s, columns, |range, at, near| {
-            let columns = near.columns_of::<F>();
+            let columns = near.columns(F::COLUMNS);
             let mut gradient = [s.splat(0.0); 3];
             for particle in 0..near.len() {
                 let (d, dist_sq) = distance(s, at, near.axes(), particle);

@@ -1,4 +1,6 @@
 //! The specification: the value of one node, one particle after the other, in plain arithmetic.
+//!
+//! Source: this project; the definition in [`crate::lattice`].
 
 use super::{corner, node_offset};
 use crate::{

@@ -13,10 +13,12 @@
 
 use super::{Values, brick_box, brick_origin, corner, node_offset, octet_box};
 use crate::{
-    bricks::gather::{Candidates, REACH_SQ},
     field::{Field, Row},
     lattice::{BRICK, Coord},
-    lookup::cells::Cells,
+    lookup::{
+        cells::Cells,
+        gather::{Candidates, REACH_SQ},
+    },
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -90,7 +92,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize, const CULL: bool>(
     let y: [f32; LANES] = std::array::from_fn(|lane| node(1, lane >> 2));
     let (x, y) = (s.load(&x), s.load(&y));
     let [px, py, pz] = near.axes();
-    let columns = near.columns_of::<F>();
+    let columns = near.columns(F::COLUMNS);
     for plane in (0..4).step_by(N) {
         let z: [f32; N] = std::array::from_fn(|k| node(2, plane + k));
         let mut sums = [field.zero(s); N];

@@ -11,7 +11,7 @@
 //! number of threads. Only chunks that hold a particle exist, so that a stray particle costs nothing.
 //!
 //! Guarantees: every particle is finite and within the lattice, else an error names the first that is not. Memory:
-//! 20 bytes a particle and about 300 a chunk.
+//! 21 bytes a particle and about 300 a chunk.
 //!
 //! Source: the sorted cells are those of Ihmsen et al. 2011, A Parallel SPH Implementation on Multi-Core CPUs, as Akinci
 //! et al. 2012, section 4.1, use them; two levels instead of one flat array keep them sparse.
@@ -46,6 +46,8 @@ pub(crate) struct Cells {
     len: usize,
     directory: Directory,
     by_chunk: Vec<AtomicU32>,
+    /// Each particle's cell in its chunk, in the caller's order.
+    cell_of: Vec<u8>,
     chunk_start: Vec<u32>,
     blocks: Vec<Block>,
 }
@@ -73,7 +75,6 @@ impl Cells {
     }
 
     /// Each particle's index in the caller's order.
-    #[cfg(test)]
     pub(crate) fn order(&self) -> &[u32] {
         &self.order[..self.len]
     }
@@ -102,7 +103,7 @@ impl Cells {
     }
 
     /// Bytes that sorted particles take, chunks left out.
-    pub(crate) const BYTES_PER_PARTICLE: u64 = 20;
+    pub(crate) const BYTES_PER_PARTICLE: u64 = 21;
 
     /// Sorts the particles.
     ///
@@ -130,27 +131,30 @@ impl Cells {
         self.order.resize(n + LANES, 0);
         self.blocks.resize_with(n.div_ceil(block), Block::default);
         let limit = lattice.limit();
-        self.blocks.par_iter_mut().zip(self.order[..n].par_chunks_mut(block)).enumerate().for_each(
-            |(b, (found, chunk_of))| {
-                found.clear();
-                // Particles come in runs of near ones: the last chunk is the next one's most of the time.
-                let (mut last, mut id, mut cursor) = ([i32::MIN; 3], 0, Cursor::default());
-                for (i, chunk_of) in chunk_of.iter_mut().enumerate() {
-                    let index = b * block + i;
-                    let u = lattice.to_support_units(positions.get(index));
-                    if !Lattice::fits(u, limit) {
-                        found.error = lattice.check(index, positions.get(index)).err();
-                        return;
-                    }
-                    let chunk = u.map(|v| floor(v) >> CHUNK.ilog2());
-                    if chunk != last {
-                        (last, id) = (chunk, found.id(&mut cursor, chunk));
-                    }
-                    found.places[id as usize] += 1;
-                    *chunk_of = id;
+        self.cell_of.resize(n.max(self.cell_of.len()), 0);
+        let outputs = self.order[..n].par_chunks_mut(block).zip(self.cell_of.par_chunks_mut(block));
+        self.blocks.par_iter_mut().zip(outputs).enumerate().for_each(|(b, (found, (chunk_of, cell_of)))| {
+            found.clear();
+            // Particles come in runs of near ones: the last chunk is the next one's most of the time.
+            let (mut last, mut id, mut cursor) = ([i32::MIN; 3], 0, Cursor::default());
+            for (i, (chunk_of, cell_of)) in chunk_of.iter_mut().zip(cell_of).enumerate() {
+                let index = b * block + i;
+                let u = lattice.to_support_units(positions.get(index));
+                if !Lattice::fits(u, limit) {
+                    found.error = lattice.check(index, positions.get(index)).err();
+                    return;
                 }
-            },
-        );
+                let cell = u.map(floor);
+                let chunk = cell.map(|c| c >> CHUNK.ilog2());
+                let local = cell.map(|c| c & (CHUNK - 1));
+                *cell_of = cell_index(local[0], local[1], local[2]) as u8;
+                if chunk != last {
+                    (last, id) = (chunk, found.id(&mut cursor, chunk));
+                }
+                found.places[id as usize] += 1;
+                *chunk_of = id;
+            }
+        });
         self.blocks.iter_mut().find_map(|b| b.error.take()).map_or(Ok(()), Err)
     }
 
@@ -226,7 +230,7 @@ impl Cells {
         }
         self.chunk_start.clear();
         self.chunk_start.extend(self.cell_start.iter().step_by(CELLS));
-        let (chunks, starts, by_chunk) = (&self.chunks, &self.chunk_start, &self.by_chunk);
+        let (chunks, starts, by_chunk, cell_of) = (&self.chunks, &self.chunk_start, &self.by_chunk, &self.cell_of);
         let data = (
             (&mut self.x[..n], &mut self.y[..n], &mut self.z[..n]),
             &mut self.order[..n],
@@ -235,29 +239,24 @@ impl Cells {
         for_each_part(0..chunks.len(), data, &|c| starts[c] as usize, &|c, ((x, y, z), order, cell_start)| {
             let base = starts[c];
             let members = &by_chunk[base as usize..base as usize + order.len()];
-            let place = |member: &AtomicU32| {
-                let index = member.load(Ordering::Relaxed);
-                let u = lattice.to_support_units(positions.get(index as usize));
-                let offset: [f64; 3] = std::array::from_fn(|a| u[a] - f64::from(chunks[c][a] * CHUNK));
-                let cell = offset.map(|v| v as i32);
-                (index, offset, cell_index(cell[0], cell[1], cell[2]))
-            };
+            let corner = chunks[c].map(|v| f64::from(v * CHUNK));
             let mut next = [0u32; CELLS];
             for member in members {
-                next[place(member).2] += 1;
+                next[usize::from(cell_of[member.load(Ordering::Relaxed) as usize]) % CELLS] += 1;
             }
             let mut start = 0;
-            for count in &mut next {
+            for (count, to) in next.iter_mut().zip(cell_start.0) {
+                *to = base + start;
                 start += std::mem::replace(count, start);
             }
-            for (to, from) in cell_start.0.iter_mut().zip(next) {
-                *to = base + from;
-            }
             for member in members {
-                let (index, offset, cell) = place(member);
-                let at = next[cell] as usize;
-                next[cell] += 1;
-                (x[at], y[at], z[at]) = (offset[0] as f32, offset[1] as f32, offset[2] as f32);
+                let index = member.load(Ordering::Relaxed);
+                let next = &mut next[usize::from(cell_of[index as usize]) % CELLS];
+                let at = *next as usize;
+                *next += 1;
+                let u = lattice.to_support_units(positions.get(index as usize));
+                (x[at], y[at], z[at]) =
+                    ((u[0] - corner[0]) as f32, (u[1] - corner[1]) as f32, (u[2] - corner[2]) as f32);
                 order[at] = index;
             }
         });

@@ -7,6 +7,8 @@
 //!
 //! Who looks up neighbours keeps a [`Cursor`], which remembers the last block, so that most look-ups are one load. Only
 //! looked up, never iterated: the hash map's order cannot reach a result.
+//!
+//! Source: this project; two levels, as in the sparse block grids of Bridson 2003.
 
 use std::collections::hash_map::Entry;
 

@@ -1,15 +1,18 @@
 //! Classify, count, sum: where every octet's vertices and triangles will go.
+//!
+//! Source: this project; see [`super`].
 
 use rayon::prelude::*;
 
 use super::{above, signs};
 use crate::{
     Error,
-    bricks::store::Store,
+    bricks::store::{Octet, Store},
     lattice::morton,
     march::tables::COUNTS,
     math::{
         bits::{corner_sets, ones, transpose8},
+        ranges::{PerItem, for_each_part},
         simd::{Kernel, Simd, Unit},
     },
 };
@@ -42,8 +45,10 @@ pub(crate) struct Part {
 pub(crate) struct Counted {
     /// In Morton order, with an end that holds the totals.
     pub(crate) parts: Vec<Part>,
-    /// Crossings of the bricks of each octet of the store.
-    crossings: Vec<[Crossings; 8]>,
+    /// Crossings of the filled bricks, octet after octet of the store.
+    crossings: Vec<Crossings>,
+    /// Where each octet's begin, and the end.
+    first: Vec<u32>,
     triangles: Vec<u32>,
     order: Vec<(u128, u32)>,
 }
@@ -74,7 +79,7 @@ impl Counted {
     /// Number of bricks that hold a crossing.
     pub(crate) fn crossed_bricks(&self) -> usize {
         let parts = self.parts.split_last().map_or(&[][..], |(_, parts)| parts);
-        let octets = parts.iter().map(|part| &self.crossings[part.octet as usize]);
+        let octets = parts.iter().map(|part| &self.crossings[self.of_octet(part.octet)]);
         octets.flatten().filter(|brick| brick.edges != [0; 3]).count()
     }
 
@@ -85,8 +90,14 @@ impl Counted {
 
     /// Crossings of a brick of octet `octet` of the store.
     #[inline(always)]
-    pub(crate) fn crossings(&self, octet: u32, brick: usize) -> &Crossings {
-        &self.crossings[octet as usize][brick]
+    pub(crate) fn crossings(&self, octet: &Octet, brick: usize) -> &Crossings {
+        let below = (octet.filled & ((1 << brick) - 1)).count_ones();
+        &self.crossings[(self.first[octet.index as usize] + below) as usize]
+    }
+
+    /// Crossings of all the filled bricks of an octet, in order.
+    fn of_octet(&self, octet: u32) -> std::ops::Range<usize> {
+        self.first[octet as usize] as usize..self.first[octet as usize + 1] as usize
     }
 
     /// Counts the crossings and triangles of all filled bricks.
@@ -95,11 +106,20 @@ impl Counted {
     /// [`Error::Count`] when the vertices exceed `u32`.
     pub(crate) fn count(&mut self, unit: Unit, store: &Store<1>) -> Result<(), Error> {
         let n = store.octets.len();
-        self.crossings.resize(n.max(self.crossings.len()), Default::default());
-        self.triangles.resize(n.max(self.triangles.len()), 0);
-        let outputs = self.crossings[..n].par_iter_mut().zip(&mut self.triangles[..n]);
-        outputs.enumerate().with_min_len(16).for_each(|(octet, (crossings, triangles))| {
-            *triangles = unit.run(CountOctet { store, octet, crossings });
+        self.first.clear();
+        self.first.push(0);
+        self.first.extend(store.octets.iter().scan(0, |sum, octet| {
+            *sum += octet.filled.count_ones();
+            Some(*sum)
+        }));
+        self.crossings.resize(store.len().max(self.crossings.len()), Crossings::default());
+        self.triangles.resize(n.next_multiple_of(GROUP).max(self.triangles.len()), 0);
+        let (first, groups) = (&self.first, n.div_ceil(GROUP));
+        let start = |group: usize| first[(group * GROUP).min(n)] as usize;
+        let data = (&mut self.crossings[..store.len()], PerItem(&mut self.triangles[..groups * GROUP], GROUP));
+        for_each_part(0..groups, data, &start, &|group, (crossings, triangles): (&mut [_], PerItem<'_, _>)| {
+            let octets = &store.octets[group * GROUP..n.min((group + 1) * GROUP)];
+            unit.run(CountOctets { store, octets, crossings, triangles: triangles.0 });
         });
         self.order.clear();
         self.order.extend(store.octets.iter().enumerate().map(|(i, octet)| (morton(octet.at), i as u32)));
@@ -113,7 +133,8 @@ impl Counted {
         let (mut vertices, mut triangles) = (0u64, 0u64);
         for &(_, octet) in &self.order {
             let (first_vertex, first_triangle) = (vertices, triangles);
-            for brick in &mut self.crossings[octet as usize] {
+            let bricks = self.of_octet(octet);
+            for brick in &mut self.crossings[bricks] {
                 brick.base = vertices as u32;
                 vertices += u64::from(brick.vertices());
             }
@@ -130,35 +151,40 @@ impl Counted {
     }
 }
 
-/// Crossings of one octet's bricks, and the number of its triangles.
-struct CountOctet<'a> {
+/// Octets that one task counts.
+const GROUP: usize = 16;
+
+/// Crossings of some octets' bricks, and the number of triangles of each octet.
+struct CountOctets<'a> {
     store: &'a Store<1>,
-    octet: usize,
-    crossings: &'a mut [Crossings; 8],
+    octets: &'a [Octet],
+    crossings: &'a mut [Crossings],
+    triangles: &'a mut [u32],
 }
 
-impl Kernel for CountOctet<'_> {
-    type Output = u32;
+impl Kernel for CountOctets<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> u32 {
-        *self.crossings = Default::default();
-        let octet = &self.store.octets[self.octet];
-        let above = above(self.store, octet);
-        let mut triangles = 0;
-        for brick in ones(octet.filled.into()) {
-            let Some(signs) = signs(self.store, &above, brick) else { continue };
-            let corners = corner_sets(&signs);
-            let crossed = crossed_cells(&corners);
-            if crossed == 0 {
-                continue;
-            }
-            self.crossings[brick].edges = [1, 2, 4].map(|c| corners[0] ^ corners[c]);
-            let cases = cases(&corners);
-            for cell in ones(crossed) {
-                triangles += u32::from(COUNTS[usize::from(cases[cell / 8][cell % 8])]);
+    fn run<S: Simd>(self, _: S) {
+        let mut crossings = self.crossings.iter_mut();
+        for (octet, triangles) in self.octets.iter().zip(self.triangles) {
+            let above = above(self.store, octet);
+            *triangles = 0;
+            for (brick, crossings) in ones(octet.filled.into()).zip(&mut crossings) {
+                *crossings = Crossings::default();
+                let Some(signs) = signs(self.store, &above, brick) else { continue };
+                let corners = corner_sets(&signs);
+                let crossed = crossed_cells(&corners);
+                if crossed == 0 {
+                    continue;
+                }
+                crossings.edges = [1, 2, 4].map(|c| corners[0] ^ corners[c]);
+                let cases = cases(&corners);
+                for cell in ones(crossed) {
+                    *triangles += u32::from(COUNTS[usize::from(cases[cell / 8][cell % 8])]);
+                }
             }
         }
-        triangles
     }
 }

@@ -1,4 +1,6 @@
 //! Write vertices and triangles of counted octets to their places.
+//!
+//! Source: this project; see [`super`].
 
 use super::{
     above, brick_above,
@@ -42,16 +44,16 @@ impl Kernel for Vertices<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let at = self.store.octets[self.part.octet as usize].at;
-        let Some(octet) = self.values.find(&mut Cursor::default(), at) else { return };
-        let above = above(self.values, octet);
+        let octet = &self.store.octets[self.part.octet as usize];
+        let Some(with_values) = self.values.find(&mut Cursor::default(), octet.at) else { return };
+        let above = above(self.values, with_values);
         let mut to = self.to.iter_mut();
         for brick in ones(octet.filled.into()) {
-            let crossings = self.counted.crossings(self.part.octet, brick);
+            let crossings = self.counted.crossings(octet, brick);
             if crossings.edges == [0; 3] {
                 continue;
             }
-            let here = self.values.values(octet, brick);
+            let here = self.values.values(with_values, brick);
             let first: [f64; 3] = std::array::from_fn(|a| {
                 f64::from(octet.at[a]) * f64::from(OCTET) + f64::from(brick_origin(brick)[a] - self.frame.origin[a])
             });
@@ -80,7 +82,7 @@ impl Kernel for Vertices<'_> {
 pub(crate) fn want_needed(store: &Store<1>, counted: &Counted, part: Part, values: &mut Store<1>) {
     let octet = &store.octets[part.octet as usize];
     for brick in ones(octet.filled.into()) {
-        let crossings = counted.crossings(part.octet, brick);
+        let crossings = counted.crossings(octet, brick);
         for axis in 0..3 {
             if crossings.edges[axis] == 0 {
                 continue;
@@ -128,7 +130,10 @@ impl Ranks {
         for c in 0..8 {
             let (octet, index) = brick_above(brick, c);
             let Some(owner) = above[octet] else { continue };
-            let Crossings { edges, mut base } = *counted.crossings(owner.index, index);
+            if owner.filled >> index & 1 == 0 {
+                continue;
+            }
+            let Crossings { edges, mut base } = *counted.crossings(owner, index);
             for axis in 0..3 {
                 ranks.edges[4 * c + axis] = edges[axis];
                 ranks.bases[4 * c + axis] = base;

@@ -51,6 +51,15 @@ fn front(v: __m256, mask: u8) -> __m256 {
     }
 }
 
+/// Sum of eight lanes, 4 apart first, then 2, 1.
+#[inline]
+#[target_feature(enable = "avx")]
+pub(super) fn sum8(v: __m256) -> f32 {
+    let four = _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps::<1>(v));
+    let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+    _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)))
+}
+
 type F = (__m256, __m256);
 
 impl Simd for Avx2 {
@@ -157,6 +166,12 @@ impl Simd for Avx2 {
             _mm256_storeu_ps(to.as_mut_ptr(), front(v.0, lo));
             _mm256_storeu_ps(to[n..n + 8].as_mut_ptr(), front(v.1, hi));
         }
+    }
+
+    #[inline(always)]
+    fn sum(self, v: F) -> f32 {
+        // SAFETY: as in `splat`.
+        unsafe { sum8(_mm256_add_ps(v.0, v.1)) }
     }
 
     #[inline(always)]

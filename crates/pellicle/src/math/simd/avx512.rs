@@ -2,7 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::{Kernel, LANES, Simd};
+use super::{Kernel, LANES, Simd, avx2::sum8};
 
 /// Proof that the machine has AVX-512 F, BW, DQ and VL, BMI1, BMI2 and POPCNT.
 #[derive(Clone, Copy, Debug)]
@@ -106,6 +106,12 @@ impl Simd for Avx512 {
         // Compressing in the register and storing all of it: the form that writes to memory is microcoded on Zen 4.
         // SAFETY: as in `load`.
         unsafe { _mm512_storeu_ps(to[..LANES].as_mut_ptr(), _mm512_maskz_compress_ps(mask, v)) }
+    }
+
+    #[inline(always)]
+    fn sum(self, v: __m512) -> f32 {
+        // SAFETY: as in `splat`; AVX-512 implies AVX.
+        unsafe { sum8(_mm256_add_ps(_mm512_castps512_ps256(v), _mm512_extractf32x8_ps::<1>(v))) }
     }
 
     #[inline(always)]

@@ -55,20 +55,8 @@ pub(crate) trait Simd: Copy + Send + Sync {
     /// the moved ones hold anything.
     fn compress(self, v: Self::F, mask: u16, to: &mut [f32]);
 
-    /// Sum of all lanes: halves are added until one is left, (0+8)+(4+12)+….
-    #[inline(always)]
-    fn sum(self, v: Self::F) -> f32 {
-        let mut a = [0.0; LANES];
-        self.store(v, &mut a);
-        let mut half = LANES / 2;
-        while half > 0 {
-            for i in 0..half {
-                a[i] += a[i + half];
-            }
-            half /= 2;
-        }
-        a[0]
-    }
+    /// Sum of all lanes: halves are added until one is left, lanes 8 apart first, then 4, 2, 1.
+    fn sum(self, v: Self::F) -> f32;
 
     /// Runs `kernel` with this type's instructions enabled.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;

@@ -87,6 +87,16 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn sum(self, mut v: F) -> f32 {
+        for half in [8, 4, 2, 1] {
+            for i in 0..half {
+                v[i] += v[i + half];
+            }
+        }
+        v[0]
+    }
+
+    #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
         kernel.run(self)
     }

@@ -3,17 +3,20 @@
 //! Candidates come in canonical order (chunk by chunk, row by row of cells), positions in the frame asked for, columns
 //! beside them, so that a loop over them streams through memory. A candidate lies within the support of the box, with
 //! a margin for rounding; beyond the support a field is exactly zero, so the margin never shows in a value.
+//!
+//! Source: this project; compressing vectors takes the place of the linked lists of Rosenberg & Birdwell 2008, section 5.
 
+use super::{
+    cells::{Cells, cell_index},
+    directory::Cursor,
+};
 use crate::{
-    field::{Field, MAX_COLUMNS},
     lattice::{CHUNK, cover},
-    lookup::{
-        cells::{Cells, cell_index},
-        directory::Cursor,
-    },
     math::simd::{LANES, Simd},
 };
 
+/// Most columns that a particle may bring: a symmetric matrix, a volume and a radius.
+pub(crate) const MAX_COLUMNS: usize = 8;
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
 pub(crate) const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
@@ -46,10 +49,10 @@ impl Candidates {
         [&self.axes[0][..self.len], &self.axes[1][..self.len], &self.axes[2][..self.len]]
     }
 
-    /// The columns, each as long as there are candidates; those that the field does not ask for are empty.
+    /// The columns, each as long as there are candidates; those from `count` on are empty.
     #[inline(always)]
-    pub(crate) fn columns_of<F: Field>(&self) -> [&[f32]; MAX_COLUMNS] {
-        std::array::from_fn(|c| if c < F::COLUMNS { &self.columns[c][..self.len] } else { &[][..] })
+    pub(crate) fn columns(&self, count: usize) -> [&[f32]; MAX_COLUMNS] {
+        std::array::from_fn(|c| if c < count { &self.columns[c][..self.len] } else { &[][..] })
     }
 
     /// The first two columns.
@@ -126,25 +129,31 @@ impl Candidates {
     ) {
         self.reserve(columns.len(), run.len());
         let zero = s.splat(0.0);
-        for i in run.clone().step_by(LANES) {
-            let mut at = [zero; 3];
+        let (low, high) = (place.low.map(|v| s.splat(v)), place.high.map(|v| s.splat(v)));
+        let shift = shift.map(|v| s.splat(v));
+        // Cut once, so that the loop has one check a store and none a load.
+        let end = run.start + run.len().next_multiple_of(LANES);
+        let [xs, ys, zs] = axes.map(|axis| axis[run.start..end].chunks_exact(LANES));
+        let room = self.len..self.len + run.len() + LANES;
+        let [to_x, to_y, to_z] = self.axes.each_mut().map(|axis| &mut axis[room.clone()]);
+        let mut kept = 0;
+        for (i, ((x, y), z)) in xs.zip(ys).zip(zs).enumerate() {
+            let at = [s.add(s.load(x), shift[0]), s.add(s.load(y), shift[1]), s.add(s.load(z), shift[2])];
             let mut dist_sq = zero;
             for a in 0..3 {
-                at[a] = s.add(s.load(&axes[a][i..]), s.splat(shift[a]));
-                let below = s.sub(s.splat(place.low[a]), at[a]);
-                let above = s.sub(at[a], s.splat(place.high[a]));
-                let d = s.max(s.max(below, above), zero);
+                let d = s.max(s.max(s.sub(low[a], at[a]), s.sub(at[a], high[a])), zero);
                 dist_sq = s.add(dist_sq, s.mul(d, d));
             }
-            let valid = ((1u32 << (run.end - i).min(LANES)) - 1) as u16;
+            let valid = ((1u32 << (run.len() - i * LANES).min(LANES)) - 1) as u16;
             let near = s.gt(s.splat(REACH_SQ), dist_sq) & valid;
-            for a in 0..3 {
-                s.compress(at[a], near, &mut self.axes[a][self.len..]);
+            s.compress(at[0], near, &mut to_x[kept..]);
+            s.compress(at[1], near, &mut to_y[kept..]);
+            s.compress(at[2], near, &mut to_z[kept..]);
+            for (column, to) in columns.iter().zip(&mut self.columns) {
+                s.compress(s.load(&column[run.start + i * LANES..]), near, &mut to[room.start + kept..]);
             }
-            for (c, column) in columns.iter().enumerate() {
-                s.compress(s.load(&column[i..]), near, &mut self.columns[c][self.len..]);
-            }
-            self.len += near.count_ones() as usize;
+            kept += near.count_ones() as usize;
         }
+        self.len += kept;
     }
 }

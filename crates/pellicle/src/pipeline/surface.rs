@@ -1,169 +1,37 @@
-//! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! A counted surface, and how it is written: whole, or chunk by chunk.
 
 use std::cell::RefCell;
 
 use rayon::prelude::*;
 
+use super::Reconstructor;
 use crate::{
-    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage, Stats, VertexAttribute,
-    bricks::{
-        band::{self, Budget},
-        store::{Source, Store},
-    },
-    field::{density, sph::Sph},
+    Attribute, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
+    bricks::store::{Source, Store},
+    field::sph::Sph,
     fill::{
         Values,
         points::{self, Interpolate, Normals, OctetVertices},
     },
-    lattice::{Lattice, OCTET},
+    lattice::Lattice,
     lookup::cells::Cells,
     march::cubes::{
-        count::{Counted, Part},
+        count::Part,
         emit::{Frame, Triangles, Vertices, want_needed},
     },
-    math::{ranges::for_each_part, simd::Unit},
+    math::{bits::ones, ranges::for_each_part, simd::Unit},
 };
-
-/// Positions in, mesh out, with default parameters for particles of one radius or with [`Params`] of your own.
-///
-/// Runs in the current rayon pool. For a sequence of frames keep a [`Reconstructor`], which reuses its memory.
-///
-/// ```
-/// // A drop of 5 × 5 × 5 particles, 0.1 apart.
-/// let positions: Vec<[f32; 3]> =
-///     (0..125).map(|i| [i % 5, i / 5 % 5, i / 25].map(|v| v as f32 * 0.1)).collect();
-/// let mesh = pellicle::reconstruct(&positions, &pellicle::Params::new(0.05))?;
-/// assert!(mesh.triangles.len() > 1000);
-/// # Ok::<(), pellicle::Error>(())
-/// ```
-///
-/// # Errors
-/// See [`Reconstructor::extract`].
-pub fn reconstruct<'a>(positions: impl Into<Positions<'a>>, params: &Params) -> Result<Mesh, Error> {
-    Reconstructor::new().extract(positions.into(), &[], params, &Control::default())?.to_mesh()
-}
-
-/// Turns frames of particles into surfaces. Owns all working memory; a second frame of the same size allocates next to
-/// nothing.
-#[derive(Default)]
-pub struct Reconstructor {
-    cells: Cells,
-    weights: Vec<f32>,
-    band: band::Band,
-    counted: Counted,
-    chunks: Vec<usize>,
-}
-
-impl Reconstructor {
-    /// With no memory yet.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Finds and counts the surface of the particles; the result writes it, whole or in chunks. Runs in the current rayon
-    /// pool. No particles give an empty surface.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] for a parameter out of range, [`Error::NotFinite`] and [`Error::OutsideLattice`] for the first
-    /// particle that cannot be placed, [`Error::Length`] for an attribute of the wrong length, [`Error::Memory`] and
-    /// [`Error::Count`] when the surface would be too large, [`Error::Cancelled`].
-    pub fn extract<'a>(
-        &'a mut self,
-        positions: Positions<'a>,
-        attributes: &'a [Attribute<'a>],
-        params: &'a Params,
-        control: &'a Control<'a>,
-    ) -> Result<Surface<'a>, Error> {
-        params.check()?;
-        check_attributes(attributes, positions.len())?;
-        let unit = Unit::new(params.lanes).ok_or(Error::Parameter {
-            name: "lanes",
-            value: f64::NAN,
-            must: "a vector unit that this machine has; choose Auto",
-        })?;
-        let lattice = Lattice { spacing: params.spacing(), support: params.support() };
-        let field = Sph { iso: params.iso as f32 };
-
-        control.begin(Stage::Sort)?;
-        self.cells.build(positions, lattice)?;
-
-        control.begin(Stage::Density)?;
-        density::weights(unit, &self.cells, control, &mut self.weights);
-
-        let source = Source { unit, field: &field, cells: &self.cells, columns: &[&self.weights], control };
-        let budget = Budget { bytes: beside_particles(params.max_memory, positions.len())? };
-        self.band.find(&source, lattice.step(), params.band == Band::Full, budget)?;
-
-        control.begin(Stage::Count)?;
-        self.counted.count(unit, &self.band.fine)?;
-        self.cut_chunks();
-
-        let frame = Frame { origin: self.origin(), spacing: lattice.spacing };
-        Ok(Surface { from: self, unit, field, lattice, frame, params, attributes, control })
-    }
-
-    /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
-    /// second-level cache while they are written.
-    fn cut_chunks(&mut self) {
-        const CHUNK_VERTICES: u32 = 4096;
-        self.chunks.clear();
-        self.chunks.push(0);
-        let parts = &self.counted.parts;
-        let mut first = 0;
-        for (i, part) in parts.iter().enumerate() {
-            if part.first_vertex - first >= CHUNK_VERTICES || i + 1 == parts.len() {
-                self.chunks.push(i);
-                first = part.first_vertex;
-            }
-        }
-        self.chunks.dedup();
-    }
-
-    /// The node that vertices count from. The world's origin, unless the surface lies so far from it that offsets in `f32`
-    /// would lose more than about a thousandth of a cell; then a node near its middle.
-    fn origin(&self) -> [i32; 3] {
-        const NEAR: i32 = 1 << 14;
-        let octets = &self.band.fine.octets;
-        let parts = self.counted.parts.split_last().map_or(&[][..], |(_, parts)| parts);
-        std::array::from_fn(|a| {
-            let nodes = parts.iter().map(|part| i64::from(octets[part.octet as usize].at[a]) * i64::from(OCTET));
-            let (low, high) = nodes.fold((i64::MAX, i64::MIN), |(low, high), n| (low.min(n), high.max(n)));
-            if low > high || (low > -i64::from(NEAR) && high < i64::from(NEAR)) {
-                return 0;
-            }
-            ((low + high) / 2).div_euclid(NEAR.into()) as i32 * NEAR
-        })
-    }
-}
-
-/// Bytes that a limit leaves beside the sorted particles and their weights.
-fn beside_particles(max_memory: Option<u64>, particles: usize) -> Result<u64, Error> {
-    let needed = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
-    let available = max_memory.unwrap_or(u64::MAX);
-    available.checked_sub(needed).ok_or(Error::Memory { what: "the particles alone", needed, available })
-}
-
-fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<(), Error> {
-    for attribute in attributes {
-        let expected = particles * attribute.components;
-        if attribute.components == 0 || attribute.values.len() != expected {
-            let what = format!("attribute {} with {} components", attribute.name, attribute.components);
-            return Err(Error::Length { what, found: attribute.values.len(), expected });
-        }
-    }
-    Ok(())
-}
 
 /// A counted surface, ready to be written: its size is exact, its vertices and triangles do not exist yet.
 pub struct Surface<'a> {
-    from: &'a Reconstructor,
-    unit: Unit,
-    field: Sph,
-    lattice: Lattice,
-    frame: Frame,
-    params: &'a Params,
-    attributes: &'a [Attribute<'a>],
-    control: &'a Control<'a>,
+    pub(super) from: &'a Reconstructor,
+    pub(super) unit: Unit,
+    pub(super) field: Sph,
+    pub(super) lattice: Lattice,
+    pub(super) frame: Frame,
+    pub(super) params: &'a Params,
+    pub(super) attributes: &'a [Attribute<'a>],
+    pub(super) control: &'a Control<'a>,
 }
 
 /// A piece of a surface: consecutive vertices and consecutive triangles, and where they belong in the whole.
@@ -386,11 +254,14 @@ impl Surface<'_> {
             for (part, next) in self.parts(chunk) {
                 let (own, rest) = vertices.split_at((next.first_vertex - part.first_vertex) as usize);
                 vertices = rest;
+                let octet = &band.fine.octets[part.octet as usize];
+                let mut counts = [0; 8];
+                ones(octet.filled.into()).for_each(|brick| counts[brick] = counted.crossings(octet, brick).vertices());
                 work(OctetVertices {
                     cells,
                     step: self.lattice.step(),
-                    octet: band.fine.octets[part.octet as usize].at,
-                    counts: std::array::from_fn(|brick| counted.crossings(part.octet, brick).vertices()),
+                    octet: octet.at,
+                    counts,
                     origin: self.frame.origin,
                     per_unit: 1.0 / self.lattice.support,
                     vertices: own,

@@ -1,0 +1,263 @@
+//! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+
+mod surface;
+
+pub use surface::{Chunk, Surface};
+
+use crate::{
+    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
+    bricks::{
+        band::{self, Budget},
+        store::Source,
+    },
+    field::{density, sph::Sph},
+    fill::brick_origin,
+    lattice::{Lattice, OCTET},
+    lookup::cells::Cells,
+    march::cubes::{count::Counted, emit::Frame},
+    math::{bits::ones, simd::Unit},
+};
+
+/// Positions in, mesh out, with default parameters for particles of one radius or with [`Params`] of your own.
+///
+/// Runs in the current rayon pool. For a sequence of frames keep a [`Reconstructor`], which reuses its memory.
+///
+/// ```
+/// // A drop of 5 × 5 × 5 particles, 0.1 apart.
+/// let positions: Vec<[f32; 3]> =
+///     (0..125).map(|i| [i % 5, i / 5 % 5, i / 25].map(|v| v as f32 * 0.1)).collect();
+/// let mesh = pellicle::reconstruct(&positions, &pellicle::Params::new(0.05))?;
+/// assert!(mesh.triangles.len() > 1000);
+/// # Ok::<(), pellicle::Error>(())
+/// ```
+///
+/// # Errors
+/// See [`Reconstructor::extract`].
+pub fn reconstruct<'a>(positions: impl Into<Positions<'a>>, params: &Params) -> Result<Mesh, Error> {
+    Reconstructor::new().extract(positions.into(), &[], params, &Control::default())?.to_mesh()
+}
+
+/// Turns frames of particles into surfaces. Owns all working memory; a second frame of the same size allocates next to
+/// nothing.
+#[derive(Default)]
+pub struct Reconstructor {
+    cells: Cells,
+    weights: Vec<f32>,
+    band: band::Band,
+    counted: Counted,
+    chunks: Vec<usize>,
+}
+
+impl Reconstructor {
+    /// With no memory yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Finds and counts the surface of the particles; the result writes it, whole or in chunks. Runs in the current rayon
+    /// pool. No particles give an empty surface.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a parameter out of range, [`Error::NotFinite`] and [`Error::OutsideLattice`] for the first
+    /// particle that cannot be placed, [`Error::Length`] for an attribute of the wrong length, [`Error::Memory`] and
+    /// [`Error::Count`] when the surface would be too large, [`Error::Cancelled`].
+    pub fn extract<'a>(
+        &'a mut self,
+        positions: Positions<'a>,
+        attributes: &'a [Attribute<'a>],
+        params: &'a Params,
+        control: &'a Control<'a>,
+    ) -> Result<Surface<'a>, Error> {
+        self.sort(positions, attributes, params, control)?.weigh()?.sample()?.count()
+    }
+
+    /// The first stage alone, for those who want what lies between: [`Sorted`], then [`Weighed`], [`Sampled`], and the
+    /// [`Surface`] that [`extract`](Self::extract) gives at once.
+    ///
+    /// ```
+    /// # use pellicle::{Control, Params, Reconstructor};
+    /// let positions: Vec<[f32; 3]> = (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(|v| v as f32 * 0.1)).collect();
+    /// let (params, control, mut reconstructor) = (Params::new(0.05), Control::default(), Reconstructor::new());
+    /// let weighed = reconstructor.sort((&positions).into(), &[], &params, &control)?.weigh()?;
+    /// let total: f64 = weighed.volumes().sum();
+    /// assert!(total > 27.0 * 0.1f64.powi(3));
+    /// let mut highest = 0.0f32;
+    /// let sampled = weighed.sample()?;
+    /// sampled.for_each_brick(|_, values| highest = values.iter().copied().fold(highest, f32::max));
+    /// assert!(highest > 0.6);
+    /// assert!(sampled.count()?.triangle_count() > 100);
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`extract`](Self::extract).
+    pub fn sort<'a>(
+        &'a mut self,
+        positions: Positions<'a>,
+        attributes: &'a [Attribute<'a>],
+        params: &'a Params,
+        control: &'a Control<'a>,
+    ) -> Result<Sorted<'a>, Error> {
+        params.check()?;
+        check_attributes(attributes, positions.len())?;
+        let unit = Unit::new(params.lanes).ok_or(Error::Parameter {
+            name: "lanes",
+            value: f64::NAN,
+            must: "a vector unit that this machine has; choose Auto",
+        })?;
+        let lattice = Lattice { spacing: params.spacing(), support: params.support() };
+        let field = Sph { iso: params.iso as f32 };
+        let budget = Budget { bytes: beside_particles(params.max_memory, positions.len())? };
+        control.begin(Stage::Sort)?;
+        self.cells.build(positions, lattice)?;
+        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, attributes, control }))
+    }
+
+    /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
+    /// second-level cache while they are written.
+    fn cut_chunks(&mut self) {
+        const CHUNK_VERTICES: u32 = 4096;
+        self.chunks.clear();
+        self.chunks.push(0);
+        let parts = &self.counted.parts;
+        let mut first = 0;
+        for (i, part) in parts.iter().enumerate() {
+            if part.first_vertex - first >= CHUNK_VERTICES || i + 1 == parts.len() {
+                self.chunks.push(i);
+                first = part.first_vertex;
+            }
+        }
+        self.chunks.dedup();
+    }
+
+    /// The node that vertices count from. The world's origin, unless the surface lies so far from it that offsets in `f32`
+    /// would lose more than about a thousandth of a cell; then a node near its middle.
+    fn origin(&self) -> [i32; 3] {
+        const NEAR: i32 = 1 << 14;
+        let octets = &self.band.fine.octets;
+        let parts = self.counted.parts.split_last().map_or(&[][..], |(_, parts)| parts);
+        std::array::from_fn(|a| {
+            let nodes = parts.iter().map(|part| i64::from(octets[part.octet as usize].at[a]) * i64::from(OCTET));
+            let (low, high) = nodes.fold((i64::MAX, i64::MIN), |(low, high), n| (low.min(n), high.max(n)));
+            if low > high || (low > -i64::from(NEAR) && high < i64::from(NEAR)) {
+                return 0;
+            }
+            ((low + high) / 2).div_euclid(NEAR.into()) as i32 * NEAR
+        })
+    }
+}
+
+/// What every stage knows.
+struct Job<'a> {
+    from: &'a mut Reconstructor,
+    unit: Unit,
+    field: Sph,
+    lattice: Lattice,
+    budget: Budget,
+    params: &'a Params,
+    attributes: &'a [Attribute<'a>],
+    control: &'a Control<'a>,
+}
+
+/// Particles in their canonical order: by cell, then by the caller's index.
+pub struct Sorted<'a>(Job<'a>);
+
+impl<'a> Sorted<'a> {
+    /// The caller's index of each particle, in canonical order.
+    pub fn order(&self) -> &[u32] {
+        self.0.from.cells.order()
+    }
+
+    /// Computes the particles' densities, hence volumes.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn weigh(self) -> Result<Weighed<'a>, Error> {
+        let Self(job) = self;
+        job.control.begin(Stage::Density)?;
+        density::weights(job.unit, &job.from.cells, job.control, &mut job.from.weights);
+        job.control.check()?;
+        Ok(Weighed(job))
+    }
+}
+
+/// Sorted particles with their volumes.
+pub struct Weighed<'a>(Job<'a>);
+
+impl<'a> Weighed<'a> {
+    /// The caller's index of each particle, in canonical order.
+    pub fn order(&self) -> &[u32] {
+        self.0.from.cells.order()
+    }
+
+    /// Volume m/ρ of each particle in cubic world units, in canonical order.
+    pub fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
+        // The kernel's factor is 16/(π h³), see `field::kernel`.
+        let unit = std::f64::consts::PI / 16.0 * self.0.lattice.support.powi(3);
+        self.0.from.weights[..self.0.from.cells.len()].iter().map(move |&w| unit * f64::from(w))
+    }
+
+    /// Samples the field where the surface may be.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Cancelled`].
+    pub fn sample(self) -> Result<Sampled<'a>, Error> {
+        let Self(job) = self;
+        let Reconstructor { cells, weights, band, .. } = &mut *job.from;
+        let source = Source { unit: job.unit, field: &job.field, cells, columns: &[weights], control: job.control };
+        band.find(&source, job.lattice.step(), job.params.band == Band::Full, job.budget)?;
+        Ok(Sampled(job))
+    }
+}
+
+/// The field's samples in bricks of 4×4×4 nodes, wherever the surface may be.
+pub struct Sampled<'a>(Job<'a>);
+
+impl<'a> Sampled<'a> {
+    /// Calls `work` with each brick, in no particular order: its first node's index along each axis (node i lies at
+    /// i · spacing), and its 64 values, x fastest. Nothing is called where the values were not kept because of the memory
+    /// limit.
+    pub fn for_each_brick(&self, mut work: impl FnMut([i32; 3], &[f32; 64])) {
+        if !self.0.from.band.has_values {
+            return;
+        }
+        let fine = &self.0.from.band.fine;
+        for octet in &fine.octets {
+            for brick in ones(octet.filled.into()) {
+                let first = brick_origin(brick);
+                work(std::array::from_fn(|a| octet.at[a] * OCTET + first[a]), fine.values(octet, brick));
+            }
+        }
+    }
+
+    /// Counts crossings and triangles.
+    ///
+    /// # Errors
+    /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
+    pub fn count(self) -> Result<Surface<'a>, Error> {
+        let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
+        control.begin(Stage::Count)?;
+        from.counted.count(unit, &from.band.fine)?;
+        from.cut_chunks();
+        let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
+        Ok(Surface { from, unit, field, lattice, frame, params, attributes, control })
+    }
+}
+
+/// Bytes that a limit leaves beside the sorted particles and their weights.
+fn beside_particles(max_memory: Option<u64>, particles: usize) -> Result<u64, Error> {
+    let needed = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+    let available = max_memory.unwrap_or(u64::MAX);
+    available.checked_sub(needed).ok_or(Error::Memory { what: "the particles alone", needed, available })
+}
+
+fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<(), Error> {
+    for attribute in attributes {
+        let expected = particles * attribute.components;
+        if attribute.components == 0 || attribute.values.len() != expected {
+            let what = format!("attribute {} with {} components", attribute.name, attribute.components);
+            return Err(Error::Length { what, found: attribute.values.len(), expected });
+        }
+    }
+    Ok(())
+}
