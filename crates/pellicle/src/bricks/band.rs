@@ -16,7 +16,7 @@
 //! Source: the narrow band is Akinci et al. 2012, section 4.1, with samples in place of surface particles; following the
 //! surface from brick to brick is Wyvill, McPheeters, Wyvill 1986.
 
-use std::ops::RangeInclusive;
+use std::{f64::consts::PI, ops::RangeInclusive};
 
 use rayon::prelude::*;
 
@@ -49,10 +49,13 @@ pub(crate) struct Band {
 /// Octets that one task looks through.
 const GROUP: usize = 32;
 
-/// Bytes that may be used beside the particles.
+/// Bytes that may be used.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Budget {
+    /// In all.
     pub(crate) bytes: u64,
+    /// Of them, those that the particles take.
+    pub(crate) particles: u64,
 }
 
 impl Band {
@@ -74,9 +77,13 @@ impl Band {
                 let coarse_step = step * f64::from(multiple);
                 want_reached(&mut self.coarse, source.cells, coarse_step, budget)?;
                 let thresholds = [bounds.outside_below, source.field.iso(), bounds.inside_above];
-                self.coarse.fill(source, coarse_step, &thresholds, false, &mut self.done);
+                // Within reach of a brick: its box widened by one support radius, with round edges and corners.
+                let width = 3.0 * coarse_step;
+                let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
+                let crowd = (f64::from(bounds.crowd) * reached) as usize;
+                self.coarse.fill(source, coarse_step, &thresholds, crowd, false, &mut self.done);
                 source.control.check()?;
-                self.want_unsure(multiple);
+                self.want_unsure(multiple, budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
@@ -87,7 +94,7 @@ impl Band {
             if !self.has_values {
                 self.fine.drop_values();
             }
-            self.fine.fill(source, step, &[source.field.iso()], self.has_values, &mut self.done);
+            self.fine.fill(source, step, &[source.field.iso()], 0, self.has_values, &mut self.done);
             source.control.check()?;
             self.want_disagreeing(multiple);
         }
@@ -95,9 +102,13 @@ impl Band {
     }
 
     /// Wants the fine bricks in coarse cells that are not sure.
-    fn want_unsure(&mut self, multiple: i32) {
+    fn want_unsure(&mut self, multiple: i32, budget: Budget) -> Result<(), Error> {
         let coarse = &self.coarse;
         let found = &mut self.requests;
+        // A coarse cell holds many bricks when the lattice is fine, so they are counted before they are listed.
+        let per_cell = (i64::from(multiple) / i64::from(BRICK)).max(1).pow(3) as u64;
+        let cells: u64 = coarse.octets.par_iter().map(|octet| count_unsure(coarse, octet)).sum();
+        budget.fits((cells.saturating_mul(per_cell) / 8).saturating_mul(Store::<1>::bytes(1, 8)))?;
         let groups = coarse.octets.len().div_ceil(GROUP);
         found.resize_with(groups.max(found.len()), Vec::new);
         coarse.octets.par_chunks(GROUP).zip(&mut *found).for_each(|(octets, found)| {
@@ -108,6 +119,7 @@ impl Band {
         for (at, bricks) in found[..groups].iter().flatten() {
             self.fine.want(*at, *bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
         }
+        Ok(())
     }
 
     /// Wants the bricks that disagree with one just filled.
@@ -139,10 +151,12 @@ impl Budget {
         self.fits(signs)?;
         // A quarter more for the bricks that closing adds.
         let values = bricks as u64 * size_of::<Values>() as u64;
-        Ok(signs + values + values / 4 <= self.bytes)
+        Ok(self.particles + signs + values + values / 4 <= self.bytes)
     }
 
-    fn fits(self, needed: u64) -> Result<(), Error> {
+    /// An error unless so many bytes fit beside the particles.
+    fn fits(self, lattice: u64) -> Result<(), Error> {
+        let needed = self.particles.saturating_add(lattice);
         if needed <= self.bytes {
             Ok(())
         } else {
@@ -225,6 +239,13 @@ fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl Fn
             work(std::array::from_fn(|a| octet.at[a] * OCTET + BRICK * (brick >> a & 1) as i32 + node[a] as i32));
         }
     }
+}
+
+/// Number of an octet's coarse cells that are not sure.
+fn count_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet) -> u64 {
+    let mut count = 0;
+    for_each_unsure(coarse, octet, |_| count += 1);
+    count
 }
 
 /// Adds the fine bricks that a coarse cell touches.

@@ -159,6 +159,7 @@ impl<const SETS: usize> Store<SETS> {
         source: &Source<'_, F>,
         step: f64,
         thresholds: &[f32; SETS],
+        crowd: usize,
         keep_values: bool,
         done: &mut Vec<(u32, u8)>,
     ) {
@@ -187,6 +188,7 @@ impl<const SETS: usize> Store<SETS> {
                     scratch,
                     values: values.unwrap_or(spare),
                     thresholds,
+                    crowd,
                     above,
                 });
             });

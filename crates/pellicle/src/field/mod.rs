@@ -35,8 +35,10 @@ impl Row<'_> {
 pub(crate) struct Bounds {
     /// A region whose coarse samples are all below is outside.
     pub(crate) outside_below: f32,
-    /// A region whose coarse samples are all above is inside.
+    /// A region whose coarse samples are all above is inside, if it is crowded enough.
     pub(crate) inside_above: f32,
+    /// Fewest particles within the support of a region, for each cubic support radius, with which `inside_above` holds.
+    pub(crate) crowd: f32,
 }
 
 /// A field made by particles.

@@ -46,6 +46,8 @@ pub(crate) struct FillOctet<'a, F, const SETS: usize> {
     /// One for each brick to fill.
     pub(crate) values: &'a mut [Values],
     pub(crate) thresholds: &'a [f32; SETS],
+    /// Where fewer candidates are near a brick, no node of it counts as above the last threshold.
+    pub(crate) crowd: usize,
     /// For each brick to fill, the nodes above each threshold.
     pub(crate) above: &'a mut [[u64; SETS]],
 }
@@ -72,6 +74,9 @@ impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
                 *above = (0..4).fold(0, |set, k| {
                     set | u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k)
                 });
+            }
+            if nearer.len() < self.crowd {
+                above[SETS - 1] = 0;
             }
         }
     }

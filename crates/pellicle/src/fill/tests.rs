@@ -32,7 +32,7 @@ fn every_unit_equals_the_scalar_specification_bit_for_bit() {
         cells.build((&positions).into(), lattice).unwrap();
         let mut weights = Vec::new();
         density::weights(Unit::new(Lanes::Auto).unwrap(), &cells, &Control::default(), &mut weights);
-        let field = Sph { iso: 0.6 };
+        let field = Sph { iso: 0.6, particles_per_support: 2.0 };
         for octet in [[0, 0, 0], [-1, 0, -1], [0, -1, 0]] {
             let want: Vec<Vec<u32>> = (0..8)
                 .map(|brick| {
@@ -56,6 +56,7 @@ fn every_unit_equals_the_scalar_specification_bit_for_bit() {
                     scratch: &mut Scratch::default(),
                     values: &mut values,
                     thresholds: &[field.iso()],
+                    crowd: 0,
                     above: &mut above,
                 });
                 for brick in 0..8 {

@@ -65,7 +65,8 @@ impl Candidates {
     #[inline(always)]
     fn reserve(&mut self, columns: usize, more: usize) {
         let need = self.len + more + LANES;
-        if self.axes[0].len() < need {
+        // The columns of the last field may have been fewer than this one's.
+        if self.axes[0].len() < need || self.columns[..columns].iter().any(|c| c.len() < need) {
             self.grow(columns, need);
         }
     }

@@ -106,8 +106,8 @@ impl Reconstructor {
             must: "a vector unit that this machine has; choose Auto",
         })?;
         let lattice = Lattice { spacing: params.spacing(), support: params.support() };
-        let field = Sph { iso: params.iso as f32 };
-        let budget = Budget { bytes: beside_particles(params.max_memory, positions.len())? };
+        let field = Sph { iso: params.iso as f32, particles_per_support: params.smoothing_length as f32 };
+        let budget = budget(params.max_memory, positions.len())?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
         Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, attributes, control }))
@@ -244,11 +244,14 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Bytes that a limit leaves beside the sorted particles and their weights.
-fn beside_particles(max_memory: Option<u64>, particles: usize) -> Result<u64, Error> {
-    let needed = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
-    let available = max_memory.unwrap_or(u64::MAX);
-    available.checked_sub(needed).ok_or(Error::Memory { what: "the particles alone", needed, available })
+/// A limit, of which the sorted particles and their weights take their part.
+fn budget(max_memory: Option<u64>, particles: usize) -> Result<Budget, Error> {
+    let particles = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+    let bytes = max_memory.unwrap_or(u64::MAX);
+    if particles > bytes {
+        return Err(Error::Memory { what: "the particles alone", needed: particles, available: bytes });
+    }
+    Ok(Budget { bytes, particles })
 }
 
 fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<(), Error> {

@@ -209,7 +209,7 @@ impl Surface<'_> {
         }
         let (unit, field, control) = (self.unit, &self.field, self.control);
         let source = Source { unit, field, cells, columns: &[weights], control };
-        values.fill(&source, self.lattice.step(), &[self.field.iso], true, &mut Vec::new());
+        values.fill(&source, self.lattice.step(), &[self.field.iso], 0, true, &mut Vec::new());
         self.vertices_from(&values, chunk, to);
     }
 
