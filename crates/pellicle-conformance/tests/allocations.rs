@@ -166,7 +166,6 @@ fn a_memory_limit_is_held() {
 }
 
 #[test]
-#[ignore = "DEFECT: Band::want_unsure takes memory before the limit is checked"]
 fn cells_far_too_small_are_refused_before_memory_is_taken() {
     let _alone = alone();
     // Small enough to show, large enough to survive when it fails.

@@ -152,7 +152,6 @@ fn whole_meshes_in_blocks_have_the_same_bytes() {
 }
 
 #[test]
-#[ignore = "DEFECT: needed leaves the particles out, so that it is not what max_memory must be"]
 fn what_a_refusal_asks_for_is_enough_after_a_few_steps() {
     for band in [Band::Auto, Band::Full] {
         let scene = large();

@@ -156,7 +156,6 @@ fn normals_are_unit_and_agree_with_the_triangles() {
 }
 
 #[test]
-#[ignore = "DEFECT: attributes after normals panic: Candidates::reserve looks at the axes only"]
 fn a_constant_attribute_stays_constant_and_a_linear_one_nearly_linear() {
     let scene = scenes::ball();
     let constant = vec![7.25f32; scene.positions.len()];
@@ -178,7 +177,6 @@ fn a_constant_attribute_stays_constant_and_a_linear_one_nearly_linear() {
 }
 
 #[test]
-#[ignore = "DEFECT: attributes after normals panic: Candidates::reserve looks at the axes only"]
 fn velocity_of_a_lone_particle_is_exact() {
     let velocity = [1.5f32, -2.25, 1e-3];
     let attributes = [Attribute { name: "velocity", components: 3, values: &velocity }];
@@ -191,7 +189,6 @@ fn velocity_of_a_lone_particle_is_exact() {
 }
 
 #[test]
-#[ignore = "DEFECT: attributes after normals panic: Candidates::reserve looks at the axes only"]
 fn normals_and_attributes_are_the_same_bytes_on_every_backend() {
     let scene = scenes::torus();
     let values: Vec<f32> = scene.positions.iter().flat_map(|p| p.map(|v| v as f32 * 3.7)).collect();

@@ -26,7 +26,7 @@ use crate::{
     field::Field,
     fill::Values,
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
-    lookup::{cells::Cells, directory::Cursor},
+    lookup::{cells::Cells, directory::Cursor, gather::REACH},
     math::bits::{corner_sets, node_bit, ones, side_mask},
 };
 
@@ -179,20 +179,16 @@ fn want_reached<const SETS: usize>(
     step: f64,
     budget: Budget,
 ) -> Result<(), Error> {
-    let width = step * f64::from(BRICK);
+    let bytes = |bricks: u64| (bricks / 8).saturating_mul(Store::<SETS>::bytes(1, 8));
     for chunk in 0..cells.chunks.len() {
-        let run = cells.chunk_range(chunk);
-        let range: [_; 3] = std::array::from_fn(|a| {
-            let axis = &[&cells.x, &cells.y, &cells.z][a][run.clone()];
-            let low = axis.iter().copied().fold(f32::INFINITY, f32::min);
-            let high = axis.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-            let corner = f64::from(cells.chunks[chunk][a] * CHUNK);
-            cover(corner + f64::from(low) - 1.000_02, corner + f64::from(high) + 1.000_02, width)
-        });
+        let range = reached_bricks(cells, chunk, step);
         // Refused before it is allocated: what the chunk adds is not known before, but not more than all of it.
-        let length = |r: &RangeInclusive<i32>| (i64::from(*r.end()) - i64::from(*r.start()) + 1) as u64;
-        let added = range.iter().map(length).fold(1, u64::saturating_mul);
-        budget.fits((added / 8).saturating_mul(400).saturating_add(Store::<SETS>::bytes(store.octet_count(), 0)))?;
+        let held = Store::<SETS>::bytes(store.octet_count(), 0);
+        if budget.fits(held.saturating_add(bytes(count_bricks(&range)))).is_err() {
+            // Enough for all chunks, what they share counted more than once.
+            let all = (0..cells.chunks.len()).map(|c| count_bricks(&reached_bricks(cells, c, step)));
+            budget.fits(bytes(all.fold(0, u64::saturating_add)).max(held.saturating_add(1)))?;
+        }
         for z in range[2].clone() {
             for y in range[1].clone() {
                 for x in range[0].clone() {
@@ -203,6 +199,23 @@ fn want_reached<const SETS: usize>(
         }
     }
     Ok(())
+}
+
+/// The bricks that the particles of a chunk may reach, along each axis.
+fn reached_bricks(cells: &Cells, chunk: usize, step: f64) -> [RangeInclusive<i32>; 3] {
+    let run = cells.chunk_range(chunk);
+    std::array::from_fn(|a| {
+        let axis = &[&cells.x, &cells.y, &cells.z][a][run.clone()];
+        let low = axis.iter().copied().fold(f32::INFINITY, f32::min);
+        let high = axis.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let corner = f64::from(cells.chunks[chunk][a] * CHUNK);
+        let width = step * f64::from(BRICK);
+        cover(corner + f64::from(low) - REACH, corner + f64::from(high) + REACH, width)
+    })
+}
+
+fn count_bricks(range: &[RangeInclusive<i32>; 3]) -> u64 {
+    range.iter().map(|r| (i64::from(*r.end()) - i64::from(*r.start()) + 1) as u64).fold(1, u64::saturating_mul)
 }
 
 /// A brick's bit within its octet.

@@ -217,8 +217,9 @@ impl<const SETS: usize> Store<SETS> {
     }
 }
 
-/// Makes `v` at least `len` long. A new allocation comes zeroed from the system, untouched until it is used.
-fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
+/// Makes `v` at least `len` long, with an eighth to spare for the next frame. A new allocation comes zeroed from the
+/// system, untouched until it is used.
+pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
     if v.is_empty() {
         *v = vec![zero; len + len / 8];
     } else if v.len() < len {

@@ -20,7 +20,7 @@ pub(crate) const MAX_COLUMNS: usize = 8;
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
 pub(crate) const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
-const REACH: f64 = 1.000_02;
+pub(crate) const REACH: f64 = 1.000_02;
 
 /// Particles as a structure of arrays: x, y, z and columns.
 #[derive(Default)]
@@ -74,7 +74,7 @@ impl Candidates {
     #[cold]
     fn grow(&mut self, columns: usize, need: usize) {
         for v in self.axes.iter_mut().chain(&mut self.columns[..columns]) {
-            v.resize(2 * need, 0.0);
+            v.resize((2 * need).max(v.len()), 0.0);
         }
     }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{above, signs};
 use crate::{
     Error,
-    bricks::store::{Octet, Store},
+    bricks::store::{Octet, Store, grow},
     lattice::morton,
     march::tables::COUNTS,
     math::{
@@ -112,8 +112,8 @@ impl Counted {
             *sum += octet.filled.count_ones();
             Some(*sum)
         }));
-        self.crossings.resize(store.len().max(self.crossings.len()), Crossings::default());
-        self.triangles.resize(n.next_multiple_of(GROUP).max(self.triangles.len()), 0);
+        grow(&mut self.crossings, store.len(), Crossings::default());
+        grow(&mut self.triangles, n.next_multiple_of(GROUP), 0);
         let (first, groups) = (&self.first, n.div_ceil(GROUP));
         let start = |group: usize| first[(group * GROUP).min(n)] as usize;
         let data = (&mut self.crossings[..store.len()], PerItem(&mut self.triangles[..groups * GROUP], GROUP));
