@@ -99,6 +99,9 @@ impl Candidates {
                     for z in local(2, cz) {
                         for y in y.clone() {
                             let run = cells.run(chunk, cell_index(*x.start(), y, z), cell_index(*x.end(), y, z));
+                            if run.is_empty() {
+                                continue;
+                            }
                             let from = [&cells.x[..], &cells.y[..], &cells.z[..]];
                             self.append(s, from, columns, run, shift, place);
                         }
