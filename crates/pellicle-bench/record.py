@@ -176,11 +176,13 @@ def record_frame(options, run, frame):
             print(run["left_out"][name])
             return
     times = ["--runs", options.large_runs if frame.is_large else options.runs, "--no-check"]
-    rows = compare(options, run, frame, times)
+    rows = compare(options, run, frame, times, options.threads)
     # True, False, or None where it was not looked at.
-    verdicts = {key(row): row for row in compare(options, run, frame, ["--runs", 1])} if frame.is_checked else {}
+    # One number of threads tells for all: pellicle's bytes do not depend on it.
+    judged = compare(options, run, frame, ["--runs", 1], options.threads[-1:]) if frame.is_checked else []
+    verdicts = {row["cell"]: row for row in judged}
     for row in rows:
-        verdict = verdicts.get(key(row), {"agrees": None, "agreement": "not checked"})
+        verdict = verdicts.get(row["cell"], {"agrees": None, "agreement": "not checked"})
         row.update(agrees=verdict["agrees"], agreement=verdict["agreement"], is_large=frame.is_large)
         run["rows"].append(row)
 
@@ -198,10 +200,10 @@ def unreadable(program, frame):
     return without_folders(re.sub(r"^(\[[^\]]*\])+\s*(caused by:)?\s*", "", lines[-1]))
 
 
-def compare(options, run, frame, arguments):
+def compare(options, run, frame, arguments, threads):
     """Runs the comparison script on a frame, shows and keeps what it prints, and returns its rows."""
     cells = ["1.0"] if frame.is_large else options.cells
-    command = [options.python, options.compare, frame.path, "-r", frame.radius, "-c", *cells, "-n", *options.threads]
+    command = [options.python, options.compare, frame.path, "-r", frame.radius, "-c", *cells, "-n", *threads]
     command += [*arguments, "--ours", options.ours, "--splashsurf", options.splashsurf]
     command = [str(word) for word in command]
     lines = []
@@ -215,7 +217,7 @@ def compare(options, run, frame, arguments):
     rows = [row for row in map(parse_row, lines) if row]
     run["raw"] += [line if parse_row(line) else without_folders(line) for line in lines]
     # The script ends with 1 when surfaces disagree, too; their rows say so themselves.
-    if len(rows) < len(cells) * len(options.threads):
+    if len(rows) < len(cells) * len(threads):
         run["failures"][frame.path.name] = without_folders("\n".join(lines[-5:]))
     return rows
 
@@ -240,10 +242,6 @@ def parse_row(line):
         "agrees": verdict == "ok",
         "agreement": agreement,
     }
-
-
-def key(row):
-    return row["frame"], row["cell"], row["threads"]
 
 
 def without_folders(text):
