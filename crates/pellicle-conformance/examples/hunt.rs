@@ -31,10 +31,10 @@ fn main() {
 }
 
 fn draw(random: &mut Random) -> Scene {
-    let jitter = random.within(0.0, 0.6);
+    let jitter = random.between(0.0, 0.6);
     let mut scene = match random.below(9) {
         0..4 => {
-            let radius = random.within(0.5, 2.5);
+            let radius = random.between(0.5, 2.5);
             let listed = random.choose(&cavities::HOLES);
             let hole = random.choose(&[cavities::Hole::Ball(radius), listed]);
             cavities::bulk(8, jitter, hole, random)
@@ -42,19 +42,19 @@ fn draw(random: &mut Random) -> Scene {
         4 => cavities::thin_sheet(jitter, random),
         5 => cavities::isolated_groups(random),
         6 => {
-            let (radius, density) = (random.within(0.35, 0.9), 2f64.powf(random.within(-1.0, 3.5)));
+            let (radius, density) = (random.between(0.35, 0.9), 2f64.powf(random.between(-1.0, 3.5)));
             // In the middle of a coarse cell only with these.
             let mut scene = cavities::hollow(radius, density, random);
-            scene.params.iso = random.within(0.1, 0.95);
+            scene.params.iso = random.between(0.1, 0.95);
             return scene;
         }
         7 => {
-            let density = 2f64.powf(random.within(-5.0, 2.0));
+            let density = 2f64.powf(random.between(-5.0, 2.0));
             cavities::spray(600, density, random)
         }
         _ => cavities::clusters(random),
     };
-    scene.params.iso = random.within(0.1, 0.95);
+    scene.params.iso = random.between(0.1, 0.95);
     scene.params.smoothing_length = random.choose(&[1.5, 1.75, 2.0, 2.0, 2.0, 2.5, 3.0]);
     scene.params.cell_size = random.choose(&[0.3, 0.4, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0]);
     scene

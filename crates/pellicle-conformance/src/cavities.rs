@@ -45,13 +45,13 @@ pub const HOLES: [Hole; 13] = [
 /// lattice, with a hole.
 pub fn bulk(side: i32, jitter: f64, hole: Hole, random: &mut Random) -> Scene {
     let middle = side / 2;
-    let shift = random.offset(4.0 * SPACING);
-    let centre = random.offset(0.5);
+    let shift = random.in_cube(4.0 * SPACING);
+    let centre = random.in_cube(0.5);
     let mut positions = Vec::new();
     for i in 0..side * side * side {
         let at = [i % side, i / side % side, i / (side * side)];
-        let offset = random.offset(jitter * SPACING);
-        let chance = random.within(0.0, 1.0);
+        let offset = random.in_cube(jitter * SPACING);
+        let chance = random.between(0.0, 1.0);
         let inside_ball = |radius: f64| {
             let from_centre = |a: usize| f64::from(at[a] - middle) + offset[a] / SPACING - centre[a];
             (0..3).map(|a| from_centre(a).powi(2)).sum::<f64>() < radius * radius
@@ -84,9 +84,9 @@ pub fn isolated_groups(random: &mut Random) -> Scene {
     let mut positions = Vec::new();
     for i in 0..125 {
         let corner = [i % 5, i / 5 % 5, i / 25].map(|v| f64::from(v) * 6.0 * SPACING);
-        let first = random.offset(SPACING);
+        let first = random.in_cube(SPACING);
         for _ in 0..1 + i % 3 {
-            let near = random.offset(0.7 * SPACING);
+            let near = random.in_cube(0.7 * SPACING);
             positions.push(std::array::from_fn(|a| corner[a] + first[a] + near[a]));
         }
     }
@@ -96,7 +96,7 @@ pub fn isolated_groups(random: &mut Random) -> Scene {
 /// Particles anywhere in a cube, `per_spacing` of them a rest volume.
 pub fn spray(count: usize, per_spacing: f64, random: &mut Random) -> Scene {
     let half = 0.5 * SPACING * (count as f64 / per_spacing).cbrt();
-    let positions = (0..count).map(|_| random.offset(half)).collect();
+    let positions = (0..count).map(|_| random.in_cube(half)).collect();
     Scene::new(format!("spray of {count}, {per_spacing:.3} a rest volume"), positions)
 }
 
@@ -105,7 +105,7 @@ pub fn thin_sheet(jitter: f64, random: &mut Random) -> Scene {
     let positions = (0..24 * 24)
         .map(|i| {
             let (u, v) = (f64::from(i % 24) * SPACING, f64::from(i / 24) * SPACING);
-            let offset = random.offset(jitter * SPACING);
+            let offset = random.in_cube(jitter * SPACING);
             [u + offset[0], v + offset[1], 0.5 * (1.3 * u).sin() * (0.9 * v).cos() + offset[2]]
         })
         .collect();
@@ -119,7 +119,7 @@ pub fn clusters(random: &mut Random) -> Scene {
         let at = scene.positions[random.below(scene.positions.len())];
         let (count, size) = (random.choose(&[3, 10, 40]), random.choose(&[0.0, 0.05, 0.4]));
         for _ in 0..count {
-            let near = random.offset(size * SPACING);
+            let near = random.in_cube(size * SPACING);
             scene.positions.push(std::array::from_fn(|a| at[a] + near[a]));
         }
     }
@@ -134,7 +134,7 @@ pub fn hollow(radius: f64, per_spacing: f64, random: &mut Random) -> Scene {
     let count = (per_spacing * (2.0 * half / SPACING).powi(3)) as usize;
     let square = |p: &[f64; 3]| p.iter().map(|v| v * v).sum::<f64>();
     let kept = (support * radius).powi(2)..half * half;
-    let around = (0..count).map(|_| random.offset(half)).filter(|p| kept.contains(&square(p)));
+    let around = (0..count).map(|_| random.in_cube(half)).filter(|p| kept.contains(&square(p)));
     let positions = around.map(|p| p.map(|v| v + 0.25 * support)).collect();
     Scene::new(format!("hollow of {radius:.3}, {per_spacing:.3} a rest volume"), positions)
 }

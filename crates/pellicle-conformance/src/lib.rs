@@ -10,12 +10,11 @@
 
 pub mod cavities;
 mod judge;
-mod random;
 pub mod scenes;
 mod subject;
 
 pub use judge::{Defect, check, closed, must, same_bytes};
-pub use random::Random;
+pub use pellicle_scenes::Random;
 pub use scenes::{Known, Scene};
 pub use subject::{Delivery, Memory, Subject, in_pool};
 

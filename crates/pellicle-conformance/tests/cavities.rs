@@ -80,7 +80,7 @@ fn a_hollow_in_bulk_is_a_surface_of_its_own() {
 fn hollows_in_the_middle_of_a_coarse_cell_are_found() {
     for seed in 0..40 {
         let mut random = Random::new(seed);
-        let (radius, density) = (random.within(0.35, 0.9), random.within(0.5, 8.0));
+        let (radius, density) = (random.between(0.35, 0.9), random.between(0.5, 8.0));
         loses_nothing(&cavities::hollow(radius, density, &mut random));
     }
 }

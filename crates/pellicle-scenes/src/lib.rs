@@ -16,6 +16,8 @@
 mod arithmetic;
 mod cloud;
 mod random;
+
+pub use random::Random;
 mod splash;
 
 pub use splash::splash;

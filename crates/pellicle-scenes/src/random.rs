@@ -5,7 +5,7 @@
 
 /// The generator; its whole state is one number.
 #[derive(Debug, Clone)]
-pub(crate) struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
     /// Every seed is a good one, 0 too.
@@ -30,6 +30,16 @@ impl Random {
     /// Uniform between `low` and `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
+    }
+
+    /// Uniform in 0..n; `n` must not be 0.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// One of the choices, of which there must be one.
+    pub fn choose<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.below(from.len())]
     }
 
     /// Uniform in the cube of half edge `reach` about the origin.

@@ -23,7 +23,8 @@ pub enum Lanes {
     Avx512,
     /// AVX2, two registers of 8 lanes.
     Avx2,
-    /// Plain Rust on arrays of 16, which the compiler vectorises as it can (NEON on 64-bit Arm).
+    /// Plain Rust on arrays of 16, which the compiler vectorises as it can: with NEON on 64-bit Arm, where it was not
+    /// tested.
     Portable,
 }
 
@@ -42,8 +43,9 @@ pub struct Params {
     pub band: Band,
     /// Whether vertices get normals from the field's gradient. Default off.
     pub normals: bool,
-    /// Bytes that particles, lattice data and the mesh may take together. `None`: no limit. Work is cut into blocks to
-    /// fit, with the same mesh, or refused with the number needed.
+    /// Bytes that sorted particles, lattice data and the mesh (unless it is written in chunks) may take together. `None`: no
+    /// limit. Work is cut into blocks to fit, with the same mesh, or refused with the number needed. Buffers of about a
+    /// megabyte a thread come on top.
     pub max_memory: Option<u64>,
     /// Vector unit.
     pub lanes: Lanes,
@@ -89,6 +91,44 @@ impl Params {
         positive("particle_radius", self.particle_radius)?;
         positive("smoothing_length", self.smoothing_length)?;
         positive("cell_size", self.cell_size)?;
-        positive("iso", self.iso)
+        positive("iso", self.iso)?;
+        let (support, spacing) = (self.support(), self.spacing());
+        if !(support.is_normal() && spacing.is_normal() && (1.0 / support).is_normal()) {
+            let (value, must) = (self.particle_radius, "a length whose products and reciprocals are ordinary numbers");
+            return Err(Error::Parameter { name: "particle_radius", value, must });
+        }
+        // Below, one particle's surface has more triangles than can be indexed; above, no node meets a particle.
+        if !(1e-5..=1e6).contains(&(spacing / support)) {
+            let (value, must) = (self.cell_size, "between 1e-5 and 1e6 times the kernel's support in radii");
+            return Err(Error::Parameter { name: "cell_size", value, must });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_in_range() {
+        assert_eq!(Params::new(0.025).check(), Ok(()));
+        assert_eq!(Params::new(1e-30).check(), Ok(()));
+    }
+
+    #[test]
+    fn what_overflows_or_vanishes_is_refused_by_name() {
+        let name = |params: Params| match params.check() {
+            Err(Error::Parameter { name, .. }) => name,
+            other => panic!("{other:?}"),
+        };
+        for radius in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-320, f64::MAX] {
+            assert_eq!(name(Params::new(radius)), "particle_radius", "{radius}");
+        }
+        for cell_size in [1e-9, 1e9, 0.0, f64::NAN] {
+            assert_eq!(name(Params { cell_size, ..Params::new(1.0) }), "cell_size", "{cell_size}");
+        }
+        assert_eq!(name(Params { iso: -0.1, ..Params::new(1.0) }), "iso");
+        assert_eq!(name(Params { smoothing_length: 0.0, ..Params::new(1.0) }), "smoothing_length");
     }
 }

@@ -54,8 +54,8 @@ const GROUP: usize = 32;
 pub(crate) struct Budget {
     /// In all.
     pub(crate) bytes: u64,
-    /// Of them, those that the particles take.
-    pub(crate) particles: u64,
+    /// Of them, those that are taken already: by the particles, later by the coarse lattice, too.
+    pub(crate) taken: u64,
 }
 
 impl Band {
@@ -66,7 +66,7 @@ impl Band {
         source: &Source<'_, F>,
         step: f64,
         full: bool,
-        budget: Budget,
+        mut budget: Budget,
     ) -> Result<(), Error> {
         self.fine.clear();
         self.coarse.clear();
@@ -83,6 +83,7 @@ impl Band {
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
                 self.coarse.fill(source, coarse_step, &thresholds, crowd, false, &mut self.done);
                 source.control.check()?;
+                budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
                 self.want_unsure(multiple, budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
@@ -151,12 +152,12 @@ impl Budget {
         self.fits(signs)?;
         // A quarter more for the bricks that closing adds.
         let values = bricks as u64 * size_of::<Values>() as u64;
-        Ok(self.particles + signs + values + values / 4 <= self.bytes)
+        Ok(self.taken + signs + values + values / 4 <= self.bytes)
     }
 
-    /// An error unless so many bytes fit beside the particles.
+    /// An error unless so many bytes fit beside what is taken.
     fn fits(self, lattice: u64) -> Result<(), Error> {
-        let needed = self.particles.saturating_add(lattice);
+        let needed = self.taken.saturating_add(lattice);
         if needed <= self.bytes {
             Ok(())
         } else {

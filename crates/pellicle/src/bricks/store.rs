@@ -16,10 +16,7 @@ use std::cell::RefCell;
 
 use crate::{
     field::Field,
-    fill::{
-        Values,
-        simd::{FillOctet, Scratch},
-    },
+    fill::{Scratch, Values, simd::FillOctet},
     lattice::Coord,
     lookup::{
         cells::Cells,

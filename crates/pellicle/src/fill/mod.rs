@@ -11,11 +11,18 @@ mod tests;
 
 use crate::{
     lattice::{BRICK, Coord, OCTET},
-    lookup::gather::Box3,
+    lookup::gather::{Box3, Candidates},
 };
 
 /// Values of a brick's nodes, x fastest.
 pub(crate) type Values = [f32; 64];
+
+/// Candidates of the octet and of the brick at work: what one thread needs, kept between octets.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    octet: Candidates,
+    brick: Candidates,
+}
 
 /// Corner of an octet in support units: the origin of its frame.
 pub(crate) fn corner(octet: Coord, step: f64) -> [f64; 3] {

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::{brick_origin, corner, node_offset};
+use super::{Scratch, brick_origin, corner, node_offset};
 use crate::{
     Attribute,
     field::{Field, Row, kernel::half_spline},
@@ -22,13 +22,6 @@ use crate::{
         simd::{Kernel, LANES, Simd},
     },
 };
-
-/// Candidates of the octet and of the brick at work, kept between octets.
-#[derive(Default)]
-pub(crate) struct Scratch {
-    octet: Candidates,
-    brick: Candidates,
-}
 
 /// The vertices of one octet, and the particles that they depend on.
 pub(crate) struct OctetVertices<'a> {

@@ -11,7 +11,7 @@
 //! never shows. Source: the projection of a particle's distance to a line of nodes is Rosenberg & Birdwell 2008,
 //! section 5, with the vector's lanes as further dimensions.
 
-use super::{Values, brick_box, brick_origin, corner, node_offset, octet_box};
+use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box};
 use crate::{
     field::{Field, Row},
     lattice::{BRICK, Coord},
@@ -24,13 +24,6 @@ use crate::{
         simd::{Kernel, LANES, Simd},
     },
 };
-
-/// What one thread needs to fill octets, kept between them.
-#[derive(Default)]
-pub(crate) struct Scratch {
-    octet: Candidates,
-    brick: Candidates,
-}
 
 /// Fills some bricks of one octet.
 pub(crate) struct FillOctet<'a, F, const SETS: usize> {

@@ -1,9 +1,6 @@
 //! What runs equals the specification, bit for bit, on every vector unit.
 
-use super::{
-    scalar::node_value,
-    simd::{FillOctet, Scratch},
-};
+use super::{Scratch, scalar::node_value, simd::FillOctet};
 use crate::{
     Control, Lanes,
     field::{Field, density, sph::Sph},

@@ -238,6 +238,7 @@ impl<'a> Sampled<'a> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
         control.begin(Stage::Count)?;
         from.counted.count(unit, &from.band.fine)?;
+        control.check()?;
         from.cut_chunks();
         let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
         Ok(Surface { from, unit, field, lattice, frame, params, attributes, control })
@@ -246,12 +247,12 @@ impl<'a> Sampled<'a> {
 
 /// A limit, of which the sorted particles and their weights take their part.
 fn budget(max_memory: Option<u64>, particles: usize) -> Result<Budget, Error> {
-    let particles = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
     let bytes = max_memory.unwrap_or(u64::MAX);
-    if particles > bytes {
-        return Err(Error::Memory { what: "the particles alone", needed: particles, available: bytes });
+    if taken > bytes {
+        return Err(Error::Memory { what: "the particles alone", needed: taken, available: bytes });
     }
-    Ok(Budget { bytes, particles })
+    Ok(Budget { bytes, taken })
 }
 
 fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<(), Error> {

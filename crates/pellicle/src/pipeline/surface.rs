@@ -10,8 +10,8 @@ use crate::{
     bricks::store::{Source, Store},
     field::sph::Sph,
     fill::{
-        Values,
-        points::{self, Interpolate, Normals, OctetVertices},
+        Scratch, Values,
+        points::{Interpolate, Normals, OctetVertices},
     },
     lattice::Lattice,
     lookup::cells::Cells,
@@ -274,7 +274,7 @@ impl Surface<'_> {
 
 thread_local! {
     /// Candidates of the octet at work; kept between octets and frames.
-    static POINTS: RefCell<points::Scratch> = RefCell::default();
+    static POINTS: RefCell<Scratch> = RefCell::default();
 }
 
 /// Cuts the first `n` elements off.

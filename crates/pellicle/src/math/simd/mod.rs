@@ -8,8 +8,7 @@
 //! A stage writes its hot loop once, as a [`Kernel`]; [`Lanes`] chosen at run time calls it inside a function that has the
 //! instructions enabled. A value of a [`Simd`] type proves that the machine has them.
 //!
-//! Source: the dispatch through a trait with one generic method follows the crate `pulp`; measured beside it and
-//! `fearless_simd`, thin wrappers were as fast as intrinsics (see `docs/dependencies.md`).
+//! Source: the dispatch through a trait with one generic method follows the crate `pulp`.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
