@@ -48,7 +48,7 @@ impl OctetVertices<'_> {
         columns: &[&[f32]],
         mut work: impl FnMut(Range<usize>, [S::F; 3], &Candidates),
     ) {
-        let Scratch { octet: near, brick: nearer } = self.scratch;
+        let Scratch { octet: near, brick: nearer, .. } = self.scratch;
         // A vertex on an upward edge of the last node lies up to one step above it.
         let high = [node_offset(OCTET, self.step); 3];
         near.gather(s, self.cells, columns, corner(self.octet, self.step), Box3 { low: [0.0; 3], high });

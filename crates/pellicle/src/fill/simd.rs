@@ -3,22 +3,21 @@
 //! ```text
 //! octet   candidates gathered once from the cells, in the octet's frame
 //! brick   candidates refined by the distance to the brick's box
-//! plane   16 nodes (4 along x, 4 along y) in one vector; up to four planes are summed side by side, so that a
-//!         particle's x and y distances are computed once
+//! plane   16 nodes (4 along x, 4 along y) in one vector; four planes are summed side by side, so that a particle's x and
+//!         y distances are computed once, or, of wide bricks, one by one with candidates of their own
 //! ```
 //!
 //! Every node adds its particles in canonical order; one beyond the support adds exactly zero, so what is refined away
 //! never shows. Source: the projection of a particle's distance to a line of nodes is Rosenberg & Birdwell 2008,
 //! section 5, with the vector's lanes as further dimensions.
 
-use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box};
+use std::ops::Range;
+
+use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box};
 use crate::{
     field::{Field, Row},
-    lattice::{BRICK, Coord},
-    lookup::{
-        cells::Cells,
-        gather::{Candidates, REACH_SQ},
-    },
+    lattice::Coord,
+    lookup::{cells::Cells, gather::Candidates},
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -50,18 +49,23 @@ impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Scratch { octet: near, brick: nearer } = self.scratch;
+        let Scratch { octet: near, brick: nearer, plane: in_plane } = self.scratch;
         near.gather(s, self.cells, self.columns, corner(self.octet, self.step), octet_box(self.step));
         for ((brick, values), above) in ones(self.bricks.into()).zip(self.values).zip(self.above) {
             nearer.refine(s, near, F::COLUMNS, brick_box(brick, self.step));
             let first = brick_origin(brick);
-            // Where a brick is wider than the support most particles miss some planes. Where it is not, the branch costs
-            // more than the planes.
-            match (F::PLANES, self.step * f64::from(BRICK) > 1.0) {
-                (4, false) => fill_planes::<S, F, 4, false>(s, self.field, nearer, first, self.step, values),
-                (4, true) => fill_planes::<S, F, 4, true>(s, self.field, nearer, first, self.step, values),
-                (_, false) => fill_planes::<S, F, 1, false>(s, self.field, nearer, first, self.step, values),
-                (_, true) => fill_planes::<S, F, 1, true>(s, self.field, nearer, first, self.step, values),
+            // A particle near a brick misses some of its planes, the more the wider the brick is. Compressing once more for
+            // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
+            // that it saves.
+            if self.step >= 0.2 {
+                for plane in 0..4 {
+                    in_plane.refine(s, nearer, F::COLUMNS, plane_box(brick, plane, self.step));
+                    fill_planes::<S, F, 1>(s, self.field, in_plane, first, plane..plane + 1, self.step, values);
+                }
+            } else if F::PLANES == 4 {
+                fill_planes::<S, F, 4>(s, self.field, nearer, first, 0..4, self.step, values);
+            } else {
+                fill_planes::<S, F, 1>(s, self.field, nearer, first, 0..4, self.step, values);
             }
             for (above, &threshold) in above.iter_mut().zip(self.thresholds) {
                 *above = (0..4).fold(0, |set, k| {
@@ -75,13 +79,14 @@ impl<F: Field, const SETS: usize> Kernel for FillOctet<'_, F, SETS> {
     }
 }
 
-/// The 64 values of the brick whose first node is `first`, `N` planes at a time.
+/// Values of some planes of the brick whose first node is `first`, `N` planes at a time.
 #[inline(always)]
-fn fill_planes<S: Simd, F: Field, const N: usize, const CULL: bool>(
+fn fill_planes<S: Simd, F: Field, const N: usize>(
     s: S,
     field: &F,
     near: &Candidates,
     first: [i32; 3],
+    planes: Range<usize>,
     step: f64,
     values: &mut Values,
 ) {
@@ -91,7 +96,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize, const CULL: bool>(
     let (x, y) = (s.load(&x), s.load(&y));
     let [px, py, pz] = near.axes();
     let columns = near.columns(F::COLUMNS);
-    for plane in (0..4).step_by(N) {
+    for plane in planes.step_by(N) {
         let z: [f32; N] = std::array::from_fn(|k| node(2, plane + k));
         let mut sums = [field.zero(s); N];
         for particle in 0..near.len() {
@@ -100,9 +105,6 @@ fn fill_planes<S: Simd, F: Field, const N: usize, const CULL: bool>(
             let row = Row { columns: &columns, particle };
             for k in 0..N {
                 let dz = z[k] - pz[particle];
-                if CULL && dz * dz > REACH_SQ {
-                    continue;
-                }
                 field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
             }
         }

@@ -18,7 +18,7 @@ use crate::{
 /// Most columns that a particle may bring: a symmetric matrix, a volume and a radius.
 pub(crate) const MAX_COLUMNS: usize = 8;
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
-pub(crate) const REACH_SQ: f32 = 1.000_01;
+const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
 pub(crate) const REACH: f64 = 1.000_02;
 
