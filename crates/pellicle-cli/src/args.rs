@@ -128,7 +128,7 @@ pub struct MeshArgs {
     #[arg(value_name = "N", value_parser = parse_threads, help_heading = "Machine")]
     pub threads: Option<NonZeroUsize>,
     /// Memory for particles, lattice and mesh, such as 512M or 8G (K, M, G, T are powers of 1024); the work is cut in
-    /// blocks to fit, or refused with the number needed [default: no limit]
+    /// blocks to fit, or refused with the number needed [default: what the system can give]
     #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Machine")]
     pub max_memory: Option<u64>,
 
