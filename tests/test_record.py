@@ -17,7 +17,7 @@ OTHER = (
 
 def test_rows_of_the_script_are_read():
     row = record.parse_row(ROW)
-    assert record.key(row) == ("hemi_t0.60.ply", 0.5, 2)
+    assert (row["frame"], row["cell"], row["threads"]) == ("hemi_t0.60.ply", 0.5, 2)
     assert (row["pellicle_s"], row["splashsurf_s"], row["time_ratio"]) == (0.019, 0.41, 21.58)
     assert (row["pellicle_mb"], row["splashsurf_mb"], row["memory_ratio"]) == (21, 104, 4.95)
     assert row["agrees"] is True
