@@ -27,7 +27,7 @@ const TRIANGLE: usize = 13;
 /// Values of all attributes of a vertex, at most.
 const MAX_COMPONENTS: usize = 1 << 16;
 /// Bytes formatted between two writes: the buffer stays in the second level cache.
-const CHUNK: usize = 64 << 10;
+const CHUNK: usize = 256 << 10;
 /// Bytes written at a time where no formatting is needed.
 const DIRECT: usize = 4 << 20;
 
