@@ -3,9 +3,10 @@
 //! A scene looks like the frame of a fluid simulator: positions, velocities, and one particle radius, half of the rest
 //! spacing. y is up, lengths are metres, speeds metres a second.
 //!
-//! **Same seed, same bytes, on every platform.** Scenes are computed with `+ − × ÷`, square roots and rounding only,
-//! which IEEE 754 rounds in one way everywhere: no `sin` or `powf` of the platform's mathematics library, no fused
-//! multiply-add, no hash map with a random key, no threads. Random numbers come from SplitMix64.
+//! **Same seed, same bytes.** On every platform by construction, though only x86-64 was run: scenes are computed with
+//! `+ − × ÷`, square roots and rounding only, which IEEE 754 rounds in one way everywhere: no `sin` or `powf` of the
+//! platform's mathematics library, no fused multiply-add, no hash map with a random key, no threads. Random numbers come
+//! from SplitMix64.
 //!
 //! ```
 //! let scene = pellicle_scenes::splash(30_000, 1);

@@ -50,11 +50,12 @@ impl Field for Sph {
 
     fn bounds(&self) -> Option<Bounds> {
         // No point is farther than 0.433 support radii from the nearest sample. At that distance a lone particle, the
-        // sharpest peak there is, is still worth 0.36 of its height, so a third of the isovalue sees every drop. Holes are
-        // blunter, because the particles around one fill it in: on real frames a margin of 0.2 saw all of them (and none
-        // at all lost 1 vertex in 2000); at low isovalues they are sharper, hence the least bound. Only a few particles in a well chosen cage make a hole that all eight corners miss,
-        // so where there are fewer than a quarter of a fluid's, no samples are trusted. A high isovalue leaves nothing
-        // above its bound and costs time, not truth.
+        // sharpest peak there is, is still worth 0.36 of its height, so a third of the isovalue sees a drop even in the
+        // middle of a coarse cell. Holes are blunter, because the particles around one fill it in: on the frames tried a
+        // margin of 0.2 saw all of them, and no margin on either side lost up to 1 vertex in 190. At low isovalues holes
+        // are sharper, hence the least bound. A few particles in a well chosen cage can make a hole that all eight corners
+        // miss, so where there are fewer than a quarter of a fluid's, no samples are trusted. A high isovalue leaves
+        // nothing above its bound and costs time, not truth.
         Some(Bounds {
             outside_below: 0.33 * self.iso,
             inside_above: (self.iso + 0.25).max(0.85),
