@@ -62,7 +62,7 @@ pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Fa
         drop(reconstructor);
         clock.begin("write");
         interrupt::check()?;
-        pellicle_io::write_mesh(path, &mesh, &WriteOptions { comments: order.record() })?;
+        pellicle_io::write_mesh(path, &mesh, &WriteOptions { comments: order.record(), ..WriteOptions::default() })?;
     }
     interrupt::enter(Phase::Written);
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();

@@ -43,9 +43,12 @@ mod source;
 mod table;
 
 pub use error::{Error, Place};
+pub use formats::catalog::{Format, FormatInfo, formats};
 pub use meshes::{
-    PlyFile, PlyLayout, WriteOptions, check_mesh_format, check_writable, read_mesh, remove_temporaries, write_mesh,
+    PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_writable, read_mesh,
+    remove_temporaries, write_mesh,
 };
 pub use particles::{
-    AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions, read_particles,
+    AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, RawType, ReadOptions, read_particles,
+    write_particles,
 };

@@ -31,7 +31,7 @@ fn strip(count: u32, has_normals: bool, has_attributes: bool, origin: [f64; 3]) 
 }
 
 fn options() -> WriteOptions {
-    WriteOptions { comments: vec!["pellicle mesh\nradius 0.025".into(), "cell 0.5".into()] }
+    WriteOptions { comments: vec!["pellicle mesh\nradius 0.025".into(), "cell 0.5".into()], ..WriteOptions::default() }
 }
 
 #[test]

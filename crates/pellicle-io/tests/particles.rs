@@ -145,7 +145,10 @@ fn attributes_are_chosen_by_either_name() {
     let bytes = samples::all().into_iter().find(|s| s.name == "plain.bgeo").expect("it is there").bytes;
     let path = folder.write("a.bgeo", bytes);
     for name in ["v", "velocity"] {
-        let options = ReadOptions { attributes: AttributeChoice::Names(vec![name.into(), "material".into()]) };
+        let options = ReadOptions {
+            attributes: AttributeChoice::Names(vec![name.into(), "material".into()]),
+            ..ReadOptions::default()
+        };
         let particles = read_particles(&path, &options).expect("both names are known");
         let names: Vec<&str> = particles.attributes.iter().map(|a| a.name.as_str()).collect();
         assert_eq!(names, ["velocity", "material"]);

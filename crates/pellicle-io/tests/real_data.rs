@@ -87,7 +87,7 @@ fn only_the_velocity_is_read_unless_more_is_asked_for() {
             let particles = pellicle_io::read_particles(&path, &options).expect(file);
             particles.attributes.into_iter().map(|a| a.name).collect()
         };
-        let choose = |attributes| pellicle_io::ReadOptions { attributes };
+        let choose = |attributes| pellicle_io::ReadOptions { attributes, ..Default::default() };
         assert_eq!(names(Default::default()), ["velocity"], "{file}");
         assert!(names(choose(pellicle_io::AttributeChoice::None)).is_empty(), "{file}");
         let density = pellicle_io::AttributeChoice::Names(vec!["density".into()]);

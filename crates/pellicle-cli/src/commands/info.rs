@@ -31,7 +31,7 @@ fn look(path: &Path) -> Result<Info, Failure> {
             return Ok(Info::of_mesh(mesh));
         }
     }
-    let options = ReadOptions { attributes: AttributeChoice::All };
+    let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
     Ok(Info::of_particles(&read_particles(path, &options)?))
 }
 

@@ -28,7 +28,10 @@ pub fn run(args: &MeshArgs, console: &Console) -> Result<(), Failure> {
 
 fn mesh(job: &MeshJob, console: &Console, clock: &StageClock) -> Result<(), Failure> {
     clock.begin("read");
-    let mut cloud = Cloud::from(read_particles(&job.input, &ReadOptions { attributes: job.carry.clone() })?);
+    let mut cloud = Cloud::from(read_particles(
+        &job.input,
+        &ReadOptions { attributes: job.carry.clone(), ..ReadOptions::default() },
+    )?);
     console.say(format_args!("{}: {}", job.input.display(), show_many(cloud.len(), "particle")));
     let dropped = if job.drop_invalid { drop_invalid(job, &mut cloud, console) } else { 0 };
 

@@ -3,70 +3,51 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::catalog::{self, Format, ReadMesh, Row, WriteMesh, WriteParticles};
 use crate::error::Error;
 use crate::source;
 
-/// A particle format that is read here.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ParticleFormat {
-    Xyz,
-    Npy,
-    Ply,
-    Bgeo,
-    Vtk,
-    /// VTU, VTP
-    VtkXml,
-    Csv,
-}
-
-/// A mesh format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum MeshFormat {
-    Ply,
-    Obj,
-    Vtk,
-}
-
-const PARTICLES: &str = ".xyz .raw .npy .ply .bgeo .vtk .vtu .vtp .csv .txt";
-const MESHES: &str = ".ply .obj .vtk";
 /// First bytes of gzip, a compression and not a format.
 pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
 
-/// The format of a particle file.
-pub(crate) fn particles(path: &Path) -> Result<ParticleFormat, Error> {
+/// The format of a particle file that is there.
+pub(crate) fn particles(path: &Path) -> Result<&'static Row, Error> {
     let name = lower_name(path);
     refuse_known(path, &name)?;
-    let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
-    Ok(match extension {
-        "xyz" | "raw" => ParticleFormat::Xyz,
-        "npy" => ParticleFormat::Npy,
-        "ply" => ParticleFormat::Ply,
-        "bgeo" | "bhclassic" => ParticleFormat::Bgeo,
-        "vtk" => ParticleFormat::Vtk,
-        "vtu" | "vtp" => ParticleFormat::VtkXml,
-        "csv" | "tsv" | "txt" | "dat" => ParticleFormat::Csv,
-        _ if name.ends_with(".bgeo.gz") => ParticleFormat::Bgeo,
-        _ => return sniff(path)?.ok_or_else(|| unknown(path, "particles are read from", PARTICLES)),
-    })
+    let found = match catalog::by_name(&name) {
+        Some(row) => Some(row),
+        None => sniff(path)?.and_then(catalog::row),
+    };
+    match found {
+        Some(row) if row.read_particles.is_some() => Ok(row),
+        _ => Err(unknown(path, "particles are read from", |row| row.read_particles.is_some())),
+    }
 }
 
-/// The format of a mesh file, from its name alone: it may not exist yet.
-pub(crate) fn mesh(path: &Path, action: &str) -> Result<MeshFormat, Error> {
-    let name = lower_name(path);
-    match name.rsplit_once('.').map_or("", |(_, extension)| extension) {
-        "ply" => Ok(MeshFormat::Ply),
-        "obj" => Ok(MeshFormat::Obj),
-        "vtk" => Ok(MeshFormat::Vtk),
-        _ => Err(unknown(path, action, MESHES)),
-    }
+/// The format of a particle file to be written, from its name alone.
+pub(crate) fn particles_out(path: &Path) -> Result<WriteParticles, Error> {
+    let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_particles);
+    write.ok_or_else(|| unknown(path, "particles are written to", |row| row.write_particles.is_some()))
+}
+
+/// The format of a mesh file that is there, from its name alone.
+pub(crate) fn mesh(path: &Path) -> Result<ReadMesh, Error> {
+    let read = catalog::by_name(&lower_name(path)).and_then(|row| row.read_mesh);
+    read.ok_or_else(|| unknown(path, "meshes are read from", |row| row.read_mesh.is_some()))
+}
+
+/// The format of a mesh file to be written, from its name alone.
+pub(crate) fn mesh_out(path: &Path) -> Result<WriteMesh, Error> {
+    let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_mesh);
+    write.ok_or_else(|| unknown(path, "meshes are written to", |row| row.write_mesh.is_some()))
 }
 
 fn lower_name(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-fn unknown(path: &Path, action: &str, formats: &str) -> Error {
-    let what = format!("this file type is not known: {action} {formats}");
+fn unknown(path: &Path, action: &str, can: impl Fn(&Row) -> bool) -> Error {
+    let what = format!("this file type is not known: {action} {}", catalog::extensions(can));
     Error::Unsupported { path: path.into(), what }
 }
 
@@ -93,7 +74,7 @@ fn refuse_known(path: &Path, name: &str) -> Result<(), Error> {
 }
 
 /// The format by the first bytes; `None` if they say nothing.
-fn sniff(path: &Path) -> Result<Option<ParticleFormat>, Error> {
+fn sniff(path: &Path) -> Result<Option<Format>, Error> {
     let (file, _) = source::open(path)?;
     let mut head = Vec::with_capacity(64);
     file.take(64).read_to_end(&mut head).map_err(|source| Error::Read { path: path.into(), source })?;
@@ -101,18 +82,18 @@ fn sniff(path: &Path) -> Result<Option<ParticleFormat>, Error> {
 }
 
 /// The format that begins with `head`.
-pub(crate) fn by_content(head: &[u8]) -> Option<ParticleFormat> {
+pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
     let begins = |magic: &[u8]| head.starts_with(magic);
     if begins(b"ply\n") || begins(b"ply\r") {
-        Some(ParticleFormat::Ply)
+        Some(Format::Ply)
     } else if begins(b"\x93NUMPY") {
-        Some(ParticleFormat::Npy)
+        Some(Format::Npy)
     } else if begins(b"Bgeo") || begins(&GZIP) {
-        Some(ParticleFormat::Bgeo)
+        Some(Format::Bgeo)
     } else if begins(b"# vtk DataFile") {
-        Some(ParticleFormat::Vtk)
+        Some(Format::Vtk)
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
-        Some(ParticleFormat::VtkXml)
+        Some(Format::Vtu)
     } else {
         None
     }
@@ -121,11 +102,11 @@ pub(crate) fn by_content(head: &[u8]) -> Option<ParticleFormat> {
 /// What to say about a file that does not begin as its extension promises.
 pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
     let found = match by_content(head) {
-        Some(ParticleFormat::Ply) => "it begins like a PLY file: rename it to .ply",
-        Some(ParticleFormat::Npy) => "it begins like a NumPy array: rename it to .npy",
-        Some(ParticleFormat::Bgeo) => "it begins like a BGEO or gzip file",
-        Some(ParticleFormat::Vtk) => "it begins like a legacy VTK file: rename it to .vtk",
-        Some(ParticleFormat::VtkXml) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
+        Some(Format::Ply) => "it begins like a PLY file: rename it to .ply",
+        Some(Format::Npy) => "it begins like a NumPy array: rename it to .npy",
+        Some(Format::Bgeo) => "it begins like a BGEO or gzip file",
+        Some(Format::Vtk) => "it begins like a legacy VTK file: rename it to .vtk",
+        Some(Format::Vtu) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
         _ if head.is_empty() => "it is empty",
         _ => "it begins otherwise",
     };
@@ -138,8 +119,9 @@ mod tests {
 
     #[test]
     fn extensions_count_in_any_case_and_known_foreign_ones_tell_what_to_convert_to() {
-        assert_eq!(particles(Path::new("a/B.XYZ")).ok(), Some(ParticleFormat::Xyz));
-        assert_eq!(particles(Path::new("a.bgeo.gz")).ok(), Some(ParticleFormat::Bgeo));
+        let format = |name| particles(Path::new(name)).ok().map(|row| row.format);
+        assert_eq!(format("a/B.XYZ"), Some(Format::RawXyz));
+        assert_eq!(format("a.bgeo.gz"), Some(Format::Bgeo));
         for name in ["a.bgeo.sc", "a.geo", "a.abc", "a.usdc", "a.vdb", "a.h5"] {
             let message = particles(Path::new(name)).expect_err(name).to_string();
             assert!(
@@ -147,6 +129,6 @@ mod tests {
                 "{message}"
             );
         }
-        assert!(mesh(Path::new("a.stl"), "meshes are written to").is_err());
+        assert!(mesh_out(Path::new("a.csv")).is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! What several readers and writers share: telling formats apart, the meaning of names, the grammar of PLY and VTK.
 
+pub(crate) mod catalog;
 pub(crate) mod detect;
 pub(crate) mod names;
 pub(crate) mod ply;

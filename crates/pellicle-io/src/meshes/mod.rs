@@ -4,30 +4,51 @@
 //! the final name is always whole. The bytes depend on nothing but the mesh and the options.
 
 mod assemble;
-mod read_obj;
-mod read_ply;
-mod read_vtk;
+pub(crate) mod read_obj;
+pub(crate) mod read_ply;
+pub(crate) mod read_vtk;
 mod temporary;
-mod write_obj;
-mod write_ply;
-mod write_vtk;
+pub(crate) mod write_obj;
+pub(crate) mod write_ply;
+pub(crate) mod write_vtk;
 
 use std::path::Path;
 
 use pellicle::Mesh;
 
 use crate::error::Error;
-use crate::formats::detect::{self, MeshFormat};
+use crate::formats::detect;
 
 pub use temporary::{check_writable, remove_temporaries};
 pub use write_ply::{PlyFile, PlyLayout};
 
-/// How to write a mesh.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// How to write a mesh or particles.
+#[derive(Debug, Clone, PartialEq)]
 pub struct WriteOptions {
     /// Lines for the header, such as what the mesh was made with. Line ends within a comment become spaces; VTK has
     /// room for 255 bytes in all and gets as much as fits.
     pub comments: Vec<String>,
+    /// Which axis points up. Binary glTF, where up is y, turns a scene whose z points up; other formats keep the
+    /// coordinates.
+    pub up: Up,
+    /// Metres per unit of length, for formats that are in metres (binary glTF); 1 unless told.
+    pub metres_per_unit: f64,
+}
+
+impl Default for WriteOptions {
+    fn default() -> Self {
+        WriteOptions { comments: Vec::new(), up: Up::default(), metres_per_unit: 1.0 }
+    }
+}
+
+/// The axis that points up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Up {
+    /// As in Houdini, SPlisHSPlasH and glTF.
+    #[default]
+    Y,
+    /// As in Blender, DualSPHysics and most of engineering.
+    Z,
 }
 
 /// Writes a mesh in the format that the extension of `path` names: PLY (binary, little-endian), OBJ, or legacy VTK
@@ -38,13 +59,9 @@ pub struct WriteOptions {
 /// of vertices, [`Error::TooLarge`], [`Error::Sink`]. After an error nothing is left in the folder, and a file that
 /// existed under the name is unchanged.
 pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
-    let format = detect::mesh(path, "meshes are written to")?;
+    let write = detect::mesh_out(path)?;
     check_lengths(path, mesh)?;
-    match format {
-        MeshFormat::Ply => write_ply::write(path, mesh, options),
-        MeshFormat::Obj => write_obj::write(path, mesh, options),
-        MeshFormat::Vtk => write_vtk::write(path, mesh, options),
-    }
+    write(path, mesh, options)
 }
 
 /// Reads a mesh from PLY, OBJ or legacy VTK, by the file's extension.
@@ -56,11 +73,7 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<()
 /// # Errors
 /// As [`read_particles`](crate::read_particles).
 pub fn read_mesh(path: &Path) -> Result<Mesh, Error> {
-    match detect::mesh(path, "meshes are read from")? {
-        MeshFormat::Ply => read_ply::read(path),
-        MeshFormat::Obj => read_obj::read(path),
-        MeshFormat::Vtk => read_vtk::read(path),
-    }
+    detect::mesh(path)?(path)
 }
 
 /// Whether [`write_mesh`] knows the format that the extension of `path` names.
@@ -68,7 +81,15 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, Error> {
 /// # Errors
 /// [`Error::Unsupported`] if not; its message lists the extensions that are known.
 pub fn check_mesh_format(path: &Path) -> Result<(), Error> {
-    detect::mesh(path, "meshes are written to").map(|_| ())
+    detect::mesh_out(path).map(|_| ())
+}
+
+/// Whether [`write_particles`](crate::write_particles) knows the format that the extension of `path` names.
+///
+/// # Errors
+/// As [`check_mesh_format`].
+pub fn check_particle_format(path: &Path) -> Result<(), Error> {
+    detect::particles_out(path).map(|_| ())
 }
 
 fn check_lengths(path: &Path, mesh: &Mesh) -> Result<(), Error> {

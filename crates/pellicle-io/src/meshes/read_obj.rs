@@ -64,7 +64,7 @@ struct Builder {
     corners: Vec<i64>,
 }
 
-pub(super) fn read(path: &Path) -> Result<Mesh, Error> {
+pub(crate) fn read(path: &Path) -> Result<Mesh, Error> {
     let mut source = Source::open(path)?;
     source.set_text(true);
     let mut builder = Builder::default();

@@ -14,7 +14,7 @@ use crate::source::Source;
 /// Bytes of a triangle as nearly all programs write it: its number of corners, and three indices of 32 bits.
 const TRIANGLE: usize = 13;
 
-pub(super) fn read(path: &Path) -> Result<Mesh, Error> {
+pub(crate) fn read(path: &Path) -> Result<Mesh, Error> {
     let mut source = Source::open(path)?;
     let header = ply::read_header(&mut source)?;
     let Some(vertices) = header.elements.iter().find(|e| e.name == "vertex").map(|e| e.count) else {
@@ -25,7 +25,7 @@ pub(super) fn read(path: &Path) -> Result<Mesh, Error> {
             source.unsupported("the triangles are in strips, which are not read: save the mesh with single faces")
         );
     }
-    let options = ReadOptions { attributes: AttributeChoice::All };
+    let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
     let (mut points, mut triangles) = (None, Vec::new());
     for element in &header.elements {
         match element.name.as_str() {

@@ -11,14 +11,14 @@ use crate::particles::vtk::{read_array, read_points};
 use crate::particles::{AttributeChoice, Particles, PositionData, ReadOptions};
 use crate::source::Source;
 
-pub(super) fn read(path: &Path) -> Result<Mesh, Error> {
+pub(crate) fn read(path: &Path) -> Result<Mesh, Error> {
     let mut reader = Reader::open(path)?;
     if !matches!(reader.dataset(), "POLYDATA" | "UNSTRUCTURED_GRID") {
         let what =
             format!("a legacy VTK dataset {}: meshes are read from POLYDATA and UNSTRUCTURED_GRID", reader.dataset());
         return Err(reader.source().unsupported(what));
     }
-    let options = ReadOptions { attributes: AttributeChoice::All };
+    let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
     let mut positions: Option<PositionData> = None;
     let (mut attributes, mut names, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
     while let Some(section) = reader.next()? {

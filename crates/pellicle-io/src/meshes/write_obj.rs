@@ -19,7 +19,7 @@ const TASK: usize = 1 << 13;
 /// Tasks formatted before their text is written: keeps the text in memory small.
 const BATCH: usize = 64;
 
-pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
     let file = Temporary::create(path)?;
     for comment in &options.comments {
         put(&file, format!("# {}\n", one_line(comment)).as_bytes())?;

@@ -277,7 +277,7 @@ fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<Strin
 }
 
 /// Writes a whole mesh.
-pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
     let layout = PlyLayout {
         vertex_count: mesh.vertices.len() as u64,
         triangle_count: mesh.triangles.len() as u64,

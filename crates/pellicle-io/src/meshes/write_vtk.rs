@@ -14,7 +14,7 @@ const CHUNK: usize = 64 << 10;
 /// Bytes of the title, with its line end.
 const MAX_TITLE: usize = 255;
 
-pub(super) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
     let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
     let available = 1 << 31;
     for (what, needed) in [("vertices with indices of 31 bits", vertices), ("triangles in a VTK file", 4 * triangles)] {

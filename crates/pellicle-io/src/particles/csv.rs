@@ -28,7 +28,7 @@ enum Separator {
     Blank,
 }
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut source = Source::open(path)?;
     source.set_text(true);
     if source.peek(3)?.starts_with(b"\xef\xbb\xbf") {

@@ -3,15 +3,15 @@
 //! Positions keep the precision of the file. Attributes are read only when asked for; the others are passed over.
 //! Positions that are NaN or infinite are handed on as they are: what to do about them is not the reader's decision.
 
-mod bgeo;
-mod csv;
-mod npy;
+pub(crate) mod bgeo;
+pub(crate) mod csv;
+pub(crate) mod npy;
 pub(crate) mod ply;
 pub(crate) mod vtk;
-mod vtu;
+pub(crate) mod vtu;
 mod vtu_data;
 mod vtu_markup;
-mod xyz;
+pub(crate) mod xyz;
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -19,7 +19,8 @@ use std::path::Path;
 use pellicle::Positions;
 
 use crate::error::Error;
-use crate::formats::detect::{self, ParticleFormat};
+use crate::formats::detect;
+use crate::meshes::WriteOptions;
 
 /// Positions as the file has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,11 +143,36 @@ pub enum AttributeChoice {
 pub struct ReadOptions {
     /// Which attributes to read; the others cost no memory.
     pub attributes: AttributeChoice,
+    /// Attributes to read besides, by name; one that is missing is an error. What a selection looks at need not be
+    /// carried further.
+    pub also: Vec<String>,
+    /// Where a file holds several sets of particles: the name of the one to read, such as an array of an NPZ archive,
+    /// a key of a JSON object or a group of an HDF5 file. Formats without names refuse it.
+    pub array: Option<String>,
+    /// Which time step to read where a file holds several, counted from 0. One that is not there is an error.
+    pub frame: usize,
+    /// What the numbers of a file without header are.
+    pub raw: RawType,
+}
+
+/// The type of the numbers in raw files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RawType {
+    /// As the extension says (`.f64`), else single precision.
+    #[default]
+    Auto,
+    /// Single precision, little-endian.
+    F32,
+    /// Double precision, little-endian.
+    F64,
 }
 
 impl ReadOptions {
     /// Whether the attribute is to be read that is `name` in memory and `original` in the file.
     pub(crate) fn wants(&self, name: &str, original: &str) -> bool {
+        if self.also.iter().any(|n| n == name || n == original) {
+            return true;
+        }
         match &self.attributes {
             AttributeChoice::Velocity => name == "velocity",
             AttributeChoice::All => true,
@@ -161,8 +187,11 @@ impl ReadOptions {
         path: &Path,
         found: impl Iterator<Item = (&'a str, &'a str)> + Clone,
     ) -> Result<(), Error> {
-        let AttributeChoice::Names(names) = &self.attributes else { return Ok(()) };
-        for name in names {
+        let named = match &self.attributes {
+            AttributeChoice::Names(names) => names.as_slice(),
+            _ => &[],
+        };
+        for name in named.iter().chain(&self.also) {
             if !found.clone().any(|(n, original)| n == name || original == name) {
                 let available = found.map(|(n, _)| n.to_owned()).collect();
                 return Err(Error::NoAttribute { path: path.into(), name: name.clone(), available });
@@ -182,13 +211,17 @@ impl ReadOptions {
 /// Whatever [`Error`] names except for its `Length` and `Sink`. Nothing that a file contains makes this panic, or use memory out of proportion to
 /// the file's size.
 pub fn read_particles(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
-    match detect::particles(path)? {
-        ParticleFormat::Xyz => xyz::read(path, options),
-        ParticleFormat::Npy => npy::read(path, options),
-        ParticleFormat::Ply => ply::read(path, options),
-        ParticleFormat::Bgeo => bgeo::read(path, options),
-        ParticleFormat::Vtk => vtk::read(path, options),
-        ParticleFormat::VtkXml => vtu::read(path, options),
-        ParticleFormat::Csv => csv::read(path, options),
+    let read = detect::particles(path)?.read_particles;
+    match read {
+        Some(read) => read(path, options),
+        None => Err(Error::Unsupported { path: path.into(), what: "particles of this format are not read".into() }),
     }
+}
+
+/// Writes particles in the format that the extension of `path` names.
+///
+/// # Errors
+/// As [`write_mesh`](crate::write_mesh).
+pub fn write_particles(path: &Path, particles: &Particles, options: &WriteOptions) -> Result<(), Error> {
+    detect::particles_out(path)?(path, particles, options)
 }

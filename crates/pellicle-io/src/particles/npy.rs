@@ -27,7 +27,7 @@ struct Header {
     columns: usize,
 }
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut source = Source::open(path)?;
     let header = read_header(&mut source)?;
     let layout = vec![header.scalar; header.columns];

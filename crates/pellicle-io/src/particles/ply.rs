@@ -9,7 +9,7 @@ use crate::formats::ply::{self, Element};
 use crate::source::Source;
 use crate::table::Table;
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut source = Source::open(path)?;
     let header = ply::read_header(&mut source)?;
     let Some(at) = header.elements.iter().position(|e| e.name == "vertex") else {

@@ -9,7 +9,7 @@ use crate::formats::names;
 use crate::formats::vtk::{Array, Content, Reader, Section};
 use crate::scalar::{Field, Records, Scalar};
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let mut reader = Reader::open(path)?;
     if !matches!(reader.dataset(), "POLYDATA" | "UNSTRUCTURED_GRID") {
         let what = format!(

@@ -15,7 +15,7 @@ use crate::formats::{detect, names};
 use crate::scalar::{Field, Records, Scalar};
 use crate::source::{self, Source};
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let (file, len) = source::open(path)?;
     let mut bytes = Vec::new();
     let fits = usize::try_from(len).is_ok_and(|len| bytes.try_reserve_exact(len).is_ok());

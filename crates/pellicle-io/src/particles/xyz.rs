@@ -18,7 +18,7 @@ const SIZE: u64 = 12;
 /// Files are read in parts of this size, by all threads: large enough to hide the cost of handing out the parts.
 const PART: usize = 8 << 20;
 
-pub(super) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let (file, len) = source::open(path)?;
     options.check(path, std::iter::empty())?;
     let fail = |what: String| Error::Format { path: path.into(), place: Place::Whole, what };

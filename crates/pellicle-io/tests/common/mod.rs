@@ -55,7 +55,7 @@ impl Drop for Folder {
 }
 
 pub fn all() -> ReadOptions {
-    ReadOptions { attributes: AttributeChoice::All }
+    ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() }
 }
 
 pub fn read(path: &Path) -> Result<Particles, Error> {
