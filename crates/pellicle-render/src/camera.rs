@@ -127,7 +127,9 @@ impl Framing {
             let (plus, minus) = (reach(add_scaled(across, k, back)), reach(add_scaled(scale(across, -1.0), k, back)));
             ((plus + minus) / (2.0 * k), (plus - minus) / 2.0)
         };
-        let distance = pair(right, tangent * aspect).0.max(pair(above, tangent).0);
+        // A wide angle would see all from the nearest corner itself: not that near.
+        let apart = 1.1 * reach(back);
+        let distance = pair(right, tangent * aspect).0.max(pair(above, tangent).0).max(apart);
         // The pair that has room to spare is centred too: by the narrower angle that would need this distance.
         let aside = |across: Vec3, k: f64| {
             let (mut narrow, mut wide) = (0.0, k);
@@ -224,7 +226,7 @@ mod tests {
                         let camera = framing.fit(&bounds, f64::from(width) / f64::from(height)).unwrap();
                         let reach = reach(&camera, &bounds, width, height);
                         let most = reach.iter().fold(0.0f64, |m, &r| m.max(r));
-                        assert!((most - 0.94).abs() < 1e-6, "{half:?} {up:?} {angle:?} {reach:?}");
+                        assert!(most < 0.94 + 1e-6 && (most > 0.94 - 1e-6 || angle == Some(100.0)), "{half:?} {up:?} {angle:?} {reach:?}");
                         assert!((reach[0] - reach[1]).abs() < 1e-6 && (reach[2] - reach[3]).abs() < 1e-6, "{reach:?}");
                     }
                 }
