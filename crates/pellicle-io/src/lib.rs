@@ -46,7 +46,7 @@ pub use error::{Error, Place};
 pub use formats::catalog::{Format, FormatInfo, formats};
 pub use meshes::{
     PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_writable, read_mesh,
-    remove_temporaries, write_mesh,
+    remove_temporaries, write_file, write_mesh,
 };
 pub use particles::{
     AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, RawType, ReadOptions, read_particles,

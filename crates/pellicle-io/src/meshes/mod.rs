@@ -19,7 +19,7 @@ use pellicle::Mesh;
 use crate::error::Error;
 use crate::formats::detect;
 
-pub use temporary::{check_writable, remove_temporaries};
+pub use temporary::{check_writable, remove_temporaries, write_file};
 pub use write_ply::{PlyFile, PlyLayout};
 
 /// How to write a mesh or particles.

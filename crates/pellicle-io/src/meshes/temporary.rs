@@ -59,6 +59,16 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     Temporary::create(path).map(drop)
 }
 
+/// Writes a file that is whole or not there, such as a picture.
+///
+/// # Errors
+/// [`Error::Sink`].
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    let output = Temporary::create(path)?;
+    io::Write::write_all(&mut output.file(), bytes).map_err(|source| output.fail("write", source))?;
+    output.finish()
+}
+
 /// A file that is not complete yet; dropping it removes it.
 #[derive(Debug)]
 pub(crate) struct Temporary {

@@ -138,6 +138,21 @@ pub enum AttributeChoice {
     Names(Vec<String>),
 }
 
+impl AttributeChoice {
+    /// Whether an attribute of this name in memory is among those that are asked for, by this name or by one that a
+    /// format has for it.
+    pub fn wants(&self, name: &str, components: usize) -> bool {
+        match self {
+            AttributeChoice::Velocity => name == "velocity",
+            AttributeChoice::All => true,
+            AttributeChoice::None => false,
+            AttributeChoice::Names(names) => {
+                names.iter().any(|n| n == name || crate::formats::names::canonical(n, components) == name)
+            }
+        }
+    }
+}
+
 /// How to read particles.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ReadOptions {
