@@ -47,6 +47,16 @@ impl StageClock {
         state.running = Some((name, now));
     }
 
+    /// The running stage ends, and none begins.
+    pub fn pause(&self) {
+        self.state().end(Instant::now());
+    }
+
+    /// Time in stages so far, pauses left out.
+    pub fn working(&self) -> Duration {
+        self.stages().iter().map(|stage| stage.1).sum()
+    }
+
     /// The stages so far with their times, in order; the running one ends.
     pub fn stages(&self) -> Vec<(&'static str, Duration)> {
         let mut state = self.state();

@@ -1,13 +1,16 @@
 //! What is said, and where: results on stdout, warnings and errors on stderr; with `--json` one JSON object on stdout and
 //! all text on stderr.
 //!
+//! A sequence shows a progress bar on stderr where that is a terminal; lines go above it.
+//!
 //! A reader that has gone away (`pellicle info x | head`) is no error: what it no longer wants is dropped.
 
 use std::fmt::Display;
-use std::io::{Write, stderr, stdout};
+use std::io::{IsTerminal, Write, stderr, stdout};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 
 use crate::args::Talk;
@@ -20,12 +23,13 @@ pub struct Console {
     talk: Talk,
     warnings: Mutex<Vec<String>>,
     reported: AtomicBool,
+    progress: Mutex<Option<ProgressBar>>,
 }
 
 impl Console {
     /// For one verb, as loud as asked.
     pub fn new(verb: &'static str, talk: Talk) -> Self {
-        Self { verb, talk, warnings: Mutex::default(), reported: AtomicBool::new(false) }
+        Self { verb, talk, warnings: Mutex::default(), reported: AtomicBool::new(false), progress: Mutex::default() }
     }
 
     /// A line of the result; silent with `-q`.
@@ -45,8 +49,54 @@ impl Console {
     /// Something that the user should know although the work goes on.
     pub fn warn(&self, warning: impl Into<String>) {
         let warning = warning.into();
-        let _ = writeln!(stderr(), "warning: {warning}");
+        self.beside_bar(|| drop(writeln!(stderr(), "warning: {warning}")));
         self.warnings().push(warning);
+    }
+
+    /// A frame of a sequence failed, and the others go on.
+    pub fn frame_failed(&self, failure: &Failure) {
+        self.beside_bar(|| drop(writeln!(stderr(), "error: {failure}")));
+    }
+
+    /// From now on the frames of a sequence are counted.
+    pub fn begin_progress(&self, frames: usize) {
+        let is_wanted = !self.talk.quiet && stderr().is_terminal();
+        if !is_wanted {
+            return;
+        }
+        let bar = ProgressBar::with_draw_target(Some(frames as u64), ProgressDrawTarget::stderr());
+        // The template is ours and right; without it the bar has its usual look.
+        let style = ProgressStyle::with_template("[{bar:30}] frame {pos} of {len}, {elapsed} gone, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+        bar.tick();
+        *self.progress() = Some(bar);
+    }
+
+    /// More frames have come.
+    pub fn more_progress(&self, frames: usize) {
+        if let Some(bar) = &*self.progress() {
+            bar.inc_length(frames as u64);
+        }
+    }
+
+    /// One more frame is over.
+    pub fn advance_progress(&self) {
+        if let Some(bar) = &*self.progress() {
+            bar.inc(1);
+        }
+    }
+
+    /// The sequence is over.
+    pub fn end_progress(&self) {
+        if let Some(bar) = self.progress().take() {
+            bar.finish_and_clear();
+        }
+    }
+
+    /// A line about a finished frame: where a bar shows the progress, only for those who asked for more.
+    pub fn progress_line(&self, line: impl Display) {
+        let has_bar = self.progress().is_some();
+        if has_bar { self.detail(line) } else { self.say(line) }
     }
 
     /// The machine-readable result; the verb, the version and the warnings are added. Only with `--json`.
@@ -79,6 +129,20 @@ impl Console {
     }
 
     fn line(&self, line: impl Display) {
-        let _ = if self.talk.json { writeln!(stderr(), "{line}") } else { writeln!(stdout(), "{line}") };
+        self.beside_bar(|| {
+            let _ = if self.talk.json { writeln!(stderr(), "{line}") } else { writeln!(stdout(), "{line}") };
+        });
+    }
+
+    /// Prints where the bar is not in the way.
+    fn beside_bar(&self, print: impl FnOnce()) {
+        match &*self.progress() {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
+    }
+
+    fn progress(&self) -> MutexGuard<'_, Option<ProgressBar>> {
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

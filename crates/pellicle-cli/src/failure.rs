@@ -15,6 +15,8 @@ pub enum Failure {
     Usage(String),
     /// The work could not be done with this data on this machine: exit code 1.
     Work(String),
+    /// The work needs more memory than it may take: exit code 1, unless it is tried again with more.
+    Memory(String),
     /// The user interrupted: exit code 130.
     Interrupted,
 }
@@ -23,11 +25,16 @@ impl Failure {
     /// The exit code of the process.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Work(_) => 1,
+            Self::Work(_) | Self::Memory(_) => 1,
             Self::Usage(_) => 2,
             // 128 + SIGINT, as shells report it.
             Self::Interrupted => 130,
         }
+    }
+
+    /// Whether the user ended the run.
+    pub fn is_interruption(&self) -> bool {
+        matches!(self, Self::Interrupted)
     }
 
     /// Work that failed on `file`, with what is wrong and how to fix it.
@@ -48,15 +55,13 @@ impl Failure {
             Error::Parameter { name: "lanes", .. } => {
                 Self::Work(format!("{LANES_VARIABLE}: this machine has no such vector unit (use auto)"))
             }
-            Error::Memory { what, needed, available } => Self::file(
-                file,
-                format_args!(
-                    "{what} needs {} of memory, {} are left of the limit (raise --max-memory by at least {}, or use a larger cell with -c)",
-                    show_bytes(needed),
-                    show_bytes(available),
-                    show_bytes(needed.saturating_sub(available)),
-                ),
-            ),
+            Error::Memory { what, needed, available } => Self::Memory(format!(
+                "{}: {what} needs {} of memory, {} are left of the limit (raise --max-memory by at least {}, or use a larger cell with -c)",
+                file.display(),
+                show_bytes(needed),
+                show_bytes(available),
+                show_bytes(needed.saturating_sub(available)),
+            )),
             error @ Error::OutsideLattice { .. } => {
                 Self::file(file, format_args!("{error} (the cell's edge is -r times -c)"))
             }
@@ -75,8 +80,8 @@ impl From<pellicle_io::Error> for Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(message) | Self::Work(message) => f.write_str(message),
-            Self::Interrupted => f.write_str("interrupted, nothing was written"),
+            Self::Usage(message) | Self::Work(message) | Self::Memory(message) => f.write_str(message),
+            Self::Interrupted => f.write_str("interrupted: what was not complete is not there"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Ctrl-C leaves a whole file or none, and ends the run soon.
+//! Ctrl-C (and the request to terminate, and a closed terminal) leaves whole files or none, and ends the run soon.
 //!
 //! Reading cannot be cancelled, but leaves nothing behind: there Ctrl-C ends the run at once. Once the surface is being
 //! made, the first Ctrl-C asks the work to stop in order, the second ends it at once. When the file has its name the
@@ -53,7 +53,12 @@ pub fn listen() {
     });
 }
 
+/// Whether Ctrl-C was pressed.
+pub fn is_asked() -> bool {
+    TOKEN.is_cancelled()
+}
+
 /// An error once Ctrl-C was pressed: for the places between stages that the library cannot see.
 pub fn check() -> Result<(), Failure> {
-    if TOKEN.is_cancelled() { Err(Failure::Interrupted) } else { Ok(()) }
+    if is_asked() { Err(Failure::Interrupted) } else { Ok(()) }
 }

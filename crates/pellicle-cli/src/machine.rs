@@ -24,6 +24,14 @@ pub fn thread_pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Failure> 
         .map_err(|error| Failure::Work(format!("cannot start {threads} threads: {error} (use fewer with --threads)")))
 }
 
+/// A pool of `threads` of its own, for work that several threads hand over.
+pub fn separate_pool(threads: NonZeroUsize) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.get())
+        .build()
+        .map_err(|error| Failure::Work(format!("cannot start {threads} threads: {error} (use fewer with --threads)")))
+}
+
 /// The vector unit that [`LANES_VARIABLE`] asks for; the widest of this machine without it. Whether the machine has it is
 /// for the core to say.
 pub fn lanes_from_environment() -> Result<Lanes, Failure> {

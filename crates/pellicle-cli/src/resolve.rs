@@ -1,57 +1,150 @@
 //! The command line as meant: `MeshArgs` as typed become a `MeshJob` that needs no further decision but those that the
 //! data make (the radius when it is not given, which attributes there are).
 
-use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use pellicle::{Band, Lanes, Params};
-use pellicle_io::AttributeChoice;
+use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 
-use crate::args::{BandArg, MeshArgs, Switch};
+use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
+use crate::choose::{Choice, Crop, Expression};
 use crate::failure::Failure;
 use crate::machine;
-use crate::target::Target;
+use crate::sequence::{Ranges, Shard};
 
-/// All that `mesh` was asked to do.
+/// All that `mesh` was asked to do, but for the list of frames.
 #[derive(Debug)]
 pub struct MeshJob {
-    /// The particle file.
-    pub input: PathBuf,
-    /// Where the mesh goes.
-    pub target: Target,
+    /// Where the particles come from and the meshes go.
+    pub files: Files,
     /// Particle radius in world units, if it was given.
     pub radius: Option<f64>,
     /// Everything that decides the surface, but for the radius.
     pub params: Params,
+    /// How to read particles.
+    pub read: ReadOptions,
+    /// Which particles.
+    pub choice: Choice,
     /// What is carried to the vertices.
     pub carry: AttributeChoice,
-    /// Whether particles with positions that are not finite are left out; otherwise they are errors.
-    pub drop_invalid: bool,
+    /// The axis that points up.
+    pub up: Up,
     /// Threads of the pool.
     pub threads: NonZeroUsize,
+    /// Whether frames whose mesh is there are left out.
+    pub skip_existing: bool,
+    /// Seconds to wait for more frames.
+    pub watch: Option<f64>,
+}
+
+/// Names of inputs and outputs, and which frames.
+#[derive(Debug, Clone)]
+pub struct Files {
+    /// Files, folders, patterns.
+    pub inputs: Vec<PathBuf>,
+    /// As typed.
+    pub output: Option<PathBuf>,
+    /// The extension of outputs that are not named.
+    pub extension: &'static str,
+    /// Further outputs of each frame.
+    pub png: Option<PathBuf>,
+    /// And more.
+    pub spray: Option<PathBuf>,
+    /// Which frames of a pattern.
+    pub ranges: Option<Ranges>,
+    /// Which part of the frames is made here.
+    pub shard: Option<Shard>,
+}
+
+impl Files {
+    /// Judges what can be judged by itself.
+    pub fn resolve(
+        inputs: &[PathBuf],
+        output: Option<&PathBuf>,
+        extension: &'static str,
+        frames: &FrameArgs,
+    ) -> Result<Self, Failure> {
+        if inputs.is_empty() {
+            return Err(Failure::Usage("no input is named (name particle files, a folder, or a pattern)".into()));
+        }
+        Ok(Self {
+            inputs: inputs.to_vec(),
+            output: output.cloned(),
+            extension,
+            png: None,
+            spray: None,
+            ranges: option("--frames", frames.frames.as_deref(), Ranges::parse)?,
+            shard: option("--shard", frames.shard.as_deref(), Shard::parse)?,
+        })
+    }
+}
+
+/// How to read and which particles, as meant.
+pub fn selection(args: &InputArgs, carry: AttributeChoice) -> Result<(ReadOptions, Choice), Failure> {
+    let condition = option("--where", args.condition.as_deref(), Expression::parse)?;
+    let crop = match args.crop.as_deref() {
+        Some([low, high]) => Some(Crop::parse(low, high).map_err(|error| Failure::Usage(format!("--crop: {error}")))?),
+        _ => None,
+    };
+    let read = ReadOptions {
+        attributes: carry,
+        also: condition.as_ref().map(Expression::names).unwrap_or_default(),
+        array: args.array.clone(),
+        frame: args.step.unwrap_or(0),
+        raw: args.raw.map_or(RawType::Auto, RawType::from),
+    };
+    Ok((read, Choice { scale: args.scale, drop_invalid: args.drop_invalid, crop, condition }))
+}
+
+fn option<T, E: std::fmt::Display>(
+    name: &str,
+    text: Option<&str>,
+    parse: impl Fn(&str) -> Result<T, E>,
+) -> Result<Option<T>, Failure> {
+    text.map(|text| parse(text).map_err(|error| Failure::Usage(format!("{name}: {error}")))).transpose()
 }
 
 impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
-        let output = args.output.clone().unwrap_or_else(|| default_output(&args.input));
-        let target = Target::new(output)?;
-        if same_file(&args.input, target.path()) {
-            return Err(Failure::Usage(format!(
-                "{}: the mesh would overwrite its particles (choose another file with -o)",
-                args.input.display()
-            )));
+        let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
+        let (read, choice) = selection(&args.from, carry.clone())?;
+        let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
+        files.png.clone_from(&args.png);
+        files.spray.clone_from(&args.spray);
+        if let Some(png) = &files.png
+            && !png.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+        {
+            return Err(Failure::Usage(format!("--png {}: pictures are written as .png", png.display())));
+        }
+        if let Some(spray) = &files.spray {
+            pellicle_io::check_particle_format(spray).map_err(|error| Failure::Usage(format!("--spray {error}")))?;
         }
         Ok(Self {
-            input: args.input.clone(),
-            target,
+            files,
             radius: args.surface.radius,
             params: params(args, machine::lanes_from_environment()?),
-            carry: args.attributes.clone().unwrap_or(AttributeChoice::Velocity),
-            drop_invalid: args.drop_invalid,
+            read,
+            choice,
+            carry,
+            up: args.from.up.into(),
             threads: args.threads.unwrap_or_else(machine::default_threads),
+            skip_existing: args.frames.skip_existing,
+            watch: args.watch.watch,
         })
+    }
+
+    /// Leaves out attributes that were read for the choice of particles only.
+    pub fn keep_carried(&self, particles: &mut Particles) {
+        keep_carried(&self.carry, &self.read.also, particles);
+    }
+}
+
+/// Leaves out attributes that were read because of `also` alone.
+pub fn keep_carried(carry: &AttributeChoice, also: &[String], particles: &mut Particles) {
+    if !also.is_empty() {
+        particles.attributes.retain(|attribute| carry.wants(&attribute.name, attribute.components));
     }
 }
 
@@ -73,23 +166,6 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Params {
     }
 }
 
-/// IN with the extension `.ply`, in place of `.bgeo.gz` as of `.bgeo`; `IN_surface.ply` where that would be IN.
-fn default_output(input: &Path) -> PathBuf {
-    let is_compressed = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
-    let output = if is_compressed { input.with_extension("") } else { input.to_owned() }.with_extension("ply");
-    if output != input {
-        return output;
-    }
-    let mut name = OsString::from(input.file_stem().unwrap_or_default());
-    name.push("_surface.ply");
-    input.with_file_name(name)
-}
-
-/// Whether both names lead to one file, also through links and `..`.
-fn same_file(a: &Path, b: &Path) -> bool {
-    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
 #[cfg(test)]
 mod tests {
     use clap::Parser;
@@ -106,17 +182,19 @@ mod tests {
     #[test]
     fn the_input_alone_gives_the_documented_defaults() {
         let job = resolve("pellicle mesh run/frame.10.vtk").unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(job.target.path(), Path::new("run/frame.10.ply"));
+        assert_eq!(job.files.inputs, [Path::new("run/frame.10.vtk")]);
         assert_eq!(job.radius, None);
         assert_eq!(job.params, Params::new(1.0), "the defaults of the command are those of the library");
         assert_eq!(job.carry, AttributeChoice::Velocity);
-        assert!(!job.drop_invalid);
+        assert_eq!(job.read, ReadOptions::default());
+        assert!(!job.choice.drop_invalid && job.watch.is_none() && !job.skip_existing);
     }
 
     #[test]
     fn every_option_arrives() {
         let line = "pellicle mesh a.xyz -o b.obj -r 0.1 -l 1.5 -c 0.75 -t 0.4 --band full --attributes all \
-                    --normals on --threads 3 --max-memory 2K --drop-invalid";
+                    --normals on --threads 3 --max-memory 2K --drop-invalid --where type==1 --crop 0,0,0 -,1,2 --scale 2 --up z \
+                    --array a --step 3 --raw f64 --frames 1-9 --shard 2/3 --skip-existing --watch=7 --png p.png --spray s.ply";
         let job = resolve(line).unwrap_or_else(|e| panic!("{e}"));
         let expected = Params {
             particle_radius: 0.1,
@@ -132,7 +210,19 @@ mod tests {
         assert_eq!(job.radius, Some(0.1));
         assert_eq!(job.carry, AttributeChoice::All);
         assert_eq!(job.threads.get(), 3);
-        assert!(job.drop_invalid);
+        let read = ReadOptions {
+            attributes: AttributeChoice::All,
+            also: vec!["type".into()],
+            array: Some("a".into()),
+            frame: 3,
+            raw: RawType::F64,
+        };
+        assert_eq!(job.read, read);
+        assert!(job.choice.drop_invalid && job.choice.crop.is_some() && job.choice.condition.is_some());
+        assert_eq!((job.choice.scale, job.up, job.watch, job.skip_existing), (Some(2.0), Up::Z, Some(7.0), true));
+        assert!(job.files.ranges.is_some() && job.files.shard.is_some());
+        assert_eq!(job.files.png.as_deref(), Some(Path::new("p.png")));
+        assert_eq!(job.files.spray.as_deref(), Some(Path::new("s.ply")));
     }
 
     #[test]
@@ -145,17 +235,10 @@ mod tests {
     }
 
     #[test]
-    fn the_input_is_never_the_output() {
-        assert_eq!(default_output(Path::new("d/a.1.bgeo.gz")), Path::new("d/a.1.ply"));
-        assert_eq!(default_output(Path::new("d/a")), Path::new("d/a.ply"));
-        assert_eq!(default_output(Path::new("d/a.ply")), Path::new("d/a_surface.ply"));
-        assert!(matches!(resolve("pellicle mesh a.ply -o a.ply"), Err(Failure::Usage(_))));
-    }
-
-    #[test]
-    fn an_output_format_that_cannot_be_written_is_a_usage_error() {
-        for name in ["b.stl", "b", "b.xyz"] {
-            assert!(matches!(resolve(&format!("pellicle mesh a.xyz -o {name}")), Err(Failure::Usage(_))), "{name}");
+    fn what_cannot_mean_anything_is_a_usage_error() {
+        for wrong in ["--where type=", "--crop 1,2,3 0,0,0", "--crop 1,2 3,4,5", "--frames 9-x", "--shard 4/3", "--png a.jpg"] {
+            let line = format!("pellicle mesh a.xyz {wrong}");
+            assert!(matches!(resolve(&line), Err(Failure::Usage(_))), "{wrong}");
         }
     }
 }

@@ -1,15 +1,15 @@
-//! From particles in memory to a surface in a file: what `mesh` and `demo` share.
+//! From particles in memory to a surface in a file: what `mesh` and `demo` share. One call makes one frame.
 
 use std::cell::RefCell;
 use std::path::Path;
 
-use pellicle::{Attribute, Chunk, Control, Params, Reconstructor, Stats, Surface};
-use pellicle_io::{PlyFile, PlyLayout, WriteOptions};
+use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, Stats, Surface};
+use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
 use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::failure::Failure;
-use crate::interrupt::{self, Phase};
+use crate::interrupt;
 use crate::machine;
 use crate::target::Target;
 use crate::values::show_bytes;
@@ -25,6 +25,10 @@ pub struct Order<'a> {
     pub is_radius_known: bool,
     /// The file to write.
     pub target: &'a Target,
+    /// The axis that points up, for formats that care.
+    pub up: Up,
+    /// Whether the mesh is wanted in memory too, for a picture of it.
+    pub keep_mesh: bool,
 }
 
 /// What was made.
@@ -38,35 +42,42 @@ pub struct Made {
     pub bytes: u64,
     /// What the work amounted to.
     pub stats: Stats,
+    /// The mesh, if it was to be kept.
+    pub mesh: Option<Mesh>,
 }
 
-/// Makes the surface and writes it, in the current pool of threads.
-pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Failure> {
+/// Makes the surface and writes it, in the current pool of threads. The reconstructor's memory is used again from call to
+/// call.
+pub fn make(
+    cloud: &Cloud,
+    order: &Order,
+    reconstructor: &mut Reconstructor,
+    clock: &StageClock,
+) -> Result<Made, Failure> {
     let params = Params { max_memory: memory_left(cloud, order)?, ..order.params.clone() };
     let on_stage = |stage| clock.begin_core(stage);
     let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
     let attributes = cloud.attributes();
     let core = |error| Failure::core(order.source, error);
 
-    interrupt::enter(Phase::Working);
-    let mut reconstructor = Reconstructor::new();
     let surface = reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?;
     let (vertices, triangles) = (surface.vertex_count(), surface.triangle_count());
     let stats = surface.stats();
     clock.begin("write");
     let path = order.target.path();
-    if order.target.is_stream() {
+    let mut kept = None;
+    if order.target.is_stream() && !order.keep_mesh {
         write_stream(&surface, &attributes, &params, order)?;
     } else {
         let mesh = surface.to_mesh().map_err(core)?;
-        drop(reconstructor);
         clock.begin("write");
         interrupt::check()?;
-        pellicle_io::write_mesh(path, &mesh, &WriteOptions { comments: order.record(), ..WriteOptions::default() })?;
+        let options = WriteOptions { comments: order.record(), up: order.up, ..WriteOptions::default() };
+        pellicle_io::write_mesh(path, &mesh, &options)?;
+        kept = order.keep_mesh.then_some(mesh);
     }
-    interrupt::enter(Phase::Written);
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes, stats })
+    Ok(Made { vertices, triangles, bytes, stats, mesh: kept })
 }
 
 /// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.
@@ -134,14 +145,12 @@ fn memory_left(cloud: &Cloud, order: &Order) -> Result<Option<u64>, Failure> {
     let Some(limit) = order.params.max_memory else { return Ok(machine::available_memory()) };
     match limit.checked_sub(cloud.bytes()) {
         Some(left @ 1..) => Ok(Some(left)),
-        _ => Err(Failure::file(
-            order.source,
-            format_args!(
-                "the particles alone take {} of memory, {} are allowed (raise --max-memory)",
-                show_bytes(cloud.bytes()),
-                show_bytes(limit)
-            ),
-        )),
+        _ => Err(Failure::Memory(format!(
+            "{}: the particles alone take {} of memory, {} are allowed (raise --max-memory)",
+            order.source.display(),
+            show_bytes(cloud.bytes()),
+            show_bytes(limit)
+        ))),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 
 /// An output file to come.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Target {
     path: PathBuf,
 }

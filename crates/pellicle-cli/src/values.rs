@@ -34,6 +34,30 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Width and height of a picture, such as 1920x1080.
+pub fn parse_pixels(text: &str) -> Result<(u32, u32), String> {
+    let most = pellicle_render::Settings::MOST;
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| (1..=most).contains(side));
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| format!("must be width and height in pixels, each from 1 to {most}, such as 1920x1080"))
+}
+
+/// A point, as three finite numbers separated by commas.
+pub fn parse_point(text: &str) -> Result<[f64; 3], String> {
+    parse_numbers(text).ok_or_else(|| "must be three finite numbers separated by commas, such as 1,2.5,-3".into())
+}
+
+/// The ends of a range, as two finite numbers separated by a comma, the lower one first.
+pub fn parse_range(text: &str) -> Result<[f64; 2], String> {
+    let range = parse_numbers(text).filter(|[low, high]| low < high);
+    range.ok_or_else(|| "must be two finite numbers separated by a comma, the lower one first, such as 0,5".into())
+}
+
+fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
+    numbers?.try_into().ok()
+}
+
 /// More threads than processors of any machine to come soon; far more would exhaust the system.
 const MAX_THREADS: usize = 4096;
 

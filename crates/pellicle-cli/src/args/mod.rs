@@ -4,13 +4,19 @@
 //! makes it a usage error with exit code 2. Radii, factors and the threshold are named as in splashsurf, whose long names
 //! work as hidden aliases, so that its users can switch.
 
-use std::num::NonZeroUsize;
+mod input;
+mod mesh;
+mod render;
+mod sequence;
+
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use pellicle_io::AttributeChoice;
+use clap::{Args, Parser, Subcommand};
 
-use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads};
+pub use input::InputArgs;
+pub use mesh::{BandArg, MeshArgs, Switch};
+pub use render::{CameraArgs, LookArgs, RenderArgs};
+pub use sequence::{FrameArgs, WatchArgs};
 
 /// Particles to surface meshes: fast, exact, in bounded memory, the same bytes every time.
 #[derive(Debug, Parser)]
@@ -95,74 +101,16 @@ pub struct VerboseArgs {
     pub verbose: bool,
 }
 
-/// `mesh IN`.
-#[derive(Debug, Args)]
-#[command(
-    after_help = "Lengths \"in radii\" are multiples of the particle radius -r. The kernel's support radius is 2*l*r.\n\
-The mesh has the same bytes whatever --threads, --max-memory and --band are."
-)]
-pub struct MeshArgs {
-    /// Particle file: .ply .vtk .vtu .bgeo .npy .csv .xyz (raw little-endian f32 triples)
-    #[arg(value_name = "IN")]
-    pub input: PathBuf,
-    /// Mesh file: .ply .obj .vtk [default: IN with the extension .ply; IN_surface.ply if that is IN itself]
-    #[arg(short, long, value_name = "FILE", alias = "output-file")]
-    pub output: Option<PathBuf>,
-
-    /// What the surface is.
-    #[command(flatten)]
-    pub surface: SurfaceArgs,
-
-    /// Attributes to carry to the vertices: velocity, all, none, or NAME,... [default: velocity if IN has it]
-    #[arg(long, value_name = "NAMES", value_parser = parse_attributes, help_heading = "Vertices")]
-    pub attributes: Option<AttributeChoice>,
-    /// Unit normals from the field's gradient
-    #[arg(long, value_name = "on|off", default_value = "off", hide_possible_values = true, help_heading = "Vertices")]
-    pub normals: Switch,
-    /// Leave out particles whose position is NaN or infinite, and count them [default: such a particle is an error]
-    #[arg(long, help_heading = "Input")]
-    pub drop_invalid: bool,
-
-    /// Threads, at least 1 [default: one per processor that this process may use]
-    #[arg(short = 'n', long, alias = "num-threads")]
-    #[arg(value_name = "N", value_parser = parse_threads, help_heading = "Machine")]
-    pub threads: Option<NonZeroUsize>,
-    /// Memory for particles, lattice and mesh, such as 512M or 8G (K, M, G, T are powers of 1024); the work is cut in
-    /// blocks to fit, or refused with the number needed [default: what the system can give]
-    #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Machine")]
-    pub max_memory: Option<u64>,
-
-    /// How much is said.
-    #[command(flatten)]
-    pub talk: TalkArgs,
-    /// And more.
-    #[command(flatten)]
-    pub more: VerboseArgs,
-}
-
-/// The parameters that decide the surface.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Surface")]
-pub struct SurfaceArgs {
-    /// Particle radius, half of the particles' spacing at rest, in world units [default: inferred from the
-    /// particles, and printed]
-    #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
-    pub radius: Option<f64>,
-    /// Smoothing length in radii; larger is smoother
-    #[arg(short = 'l', long)]
-    #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "2")]
-    pub smoothing_length: f64,
-    /// Edge of a lattice cell in radii; half the edge gives four times the triangles
-    #[arg(short, long, alias = "cube-size")]
-    #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
-    pub cell: f64,
-    /// Value of the colour field at the surface: 0 outside, about 1 deep inside; smaller is fatter
-    #[arg(short, long, alias = "surface-threshold")]
-    #[arg(value_name = "VALUE", value_parser = parse_positive, default_value = "0.6")]
-    pub threshold: f64,
-    /// Where to evaluate the field: auto (near the surface only) or full (at every node, to check auto)
-    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
-    pub band: BandArg,
+/// Options from a file and into one.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Report")]
+pub struct ConfigArgs {
+    /// Take options that are not typed here from this TOML file, as --print-config writes it
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Print all options as TOML, and do nothing else
+    #[arg(long)]
+    pub print_config: bool,
 }
 
 /// `info FILE`.
@@ -204,20 +152,3 @@ pub struct DemoArgs {
     pub more: VerboseArgs,
 }
 
-/// A choice written as a word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// Do.
-    On,
-    /// Don't.
-    Off,
-}
-
-/// Where to evaluate the field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum BandArg {
-    /// Near the surface.
-    Auto,
-    /// Everywhere.
-    Full,
-}

@@ -1,0 +1,35 @@
+//! Options about many frames at once.
+
+use clap::Args;
+
+/// Which frames, and what to do about those that are done.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Sequences")]
+pub struct FrameArgs {
+    /// Frames of a pattern: 1-100, 1-100:5 (every fifth), 3,7,20-30 [default: all that are there]
+    #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
+    pub frames: Option<String>,
+    /// Only each N-th frame, beginning with the K-th, to share the work: 1/4 here, 2/4 there [default: all]
+    #[arg(long, value_name = "K/N")]
+    pub shard: Option<String>,
+    /// Leave out frames whose output is there and not older than its input [default: make all]
+    #[arg(long)]
+    pub skip_existing: bool,
+}
+
+/// And those to come.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Sequences")]
+pub struct WatchArgs {
+    /// Wait for more frames, until none has come for so many seconds [default: until Ctrl-C; without it: no waiting]
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "inf")]
+    #[arg(value_parser = parse_patience)]
+    pub watch: Option<f64>,
+}
+
+fn parse_patience(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(seconds) if seconds > 0.0 => Ok(seconds),
+        _ => Err("must be a number of seconds greater than 0".into()),
+    }
+}

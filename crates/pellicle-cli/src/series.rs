@@ -1,0 +1,306 @@
+//! Many frames: reading the next, meshing the present and writing the last overlap.
+//!
+//! ```text
+//! reader  (own threads)  frame 3 | frame 4 | …          one frame ahead, waits while nobody takes it
+//! mesher  (the pool)     frame 1 ........ | frame 3 ..
+//! mesher  (the pool)       frame 2 ........ | frame 4 .. what one cannot use of the pool, the other does
+//! ```
+//!
+//! The meshers share one pool of `--threads` threads: where a frame has serial work or waits for the disk, the other one
+//! computes. So a sequence keeps all processors busy, at the price of about three frames in memory. With `--max-memory`
+//! each gets a part of it; a frame that needs more is tried again alone with all of it.
+//!
+//! A frame that fails is reported, and the others go on.
+
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, PoisonError, RwLock};
+use std::time::Instant;
+
+use pellicle::Reconstructor;
+use pellicle_io::write_pvd;
+use rayon::ThreadPool;
+use serde_json::{Value, json};
+
+use crate::clock::StageClock;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::frame::{Frame, Loaded, Outcome, load};
+use crate::interrupt::{self, Phase};
+use crate::machine;
+use crate::plan::{Plan, is_done};
+use crate::resolve::MeshJob;
+use crate::values::{show_many, show_number};
+use crate::watch::Watch;
+
+/// Frames that are meshed at the same time.
+const AT_ONCE: usize = 2;
+
+/// How a frame ended.
+enum Ending {
+    Done(Box<Outcome>),
+    /// Its mesh was there.
+    Skipped,
+    Failed(Failure),
+}
+
+/// A frame on its way from the reader to a mesher.
+struct Parcel {
+    frame: Frame,
+    loaded: Loaded,
+}
+
+struct Series<'a> {
+    job: &'a MeshJob,
+    console: &'a Console,
+    /// One for the whole sequence, so that the surface does not breathe with what is inferred.
+    radius: Option<f64>,
+    /// Held to read by frames that share the memory, to write by one that needs all of it.
+    memory: RwLock<()>,
+    endings: Mutex<Vec<(Frame, Ending)>>,
+}
+
+/// Makes all frames of the plan.
+pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure> {
+    let begun = Instant::now();
+    interrupt::enter(Phase::Working);
+    let meshing = machine::separate_pool(job.threads)?;
+    let reading = machine::separate_pool(job.threads)?;
+    let (radius, mut first) = common_radius(job, plan, &reading, console)?;
+    let series = Series { job, console, radius, memory: RwLock::new(()), endings: Mutex::default() };
+    console.begin_progress(plan.frames.len());
+    let (sender, receiver) = sync_channel(0);
+    let receiver = Mutex::new(receiver);
+    std::thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| series.mesh_all(&receiver, &meshing));
+        }
+        series.read_all(plan, &mut first, sender, &reading);
+    });
+    console.end_progress();
+    let endings = series.endings.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Report { job, radius, endings, seconds: begun.elapsed().as_secs_f64() }.finish(plan, console)
+}
+
+/// The radius as given, or inferred from the first frame of the whole sequence that has particles, whichever frames are
+/// to be made here. The particles of that frame come along if it is the first to be made.
+fn common_radius(
+    job: &MeshJob,
+    plan: &Plan,
+    reading: &ThreadPool,
+    console: &Console,
+) -> Result<(Option<f64>, Option<Loaded>), Failure> {
+    if job.radius.is_some() {
+        return Ok((job.radius, None));
+    }
+    for frame in &plan.whole {
+        interrupt::check()?;
+        // What is wrong with it is said when its turn comes.
+        let Ok(loaded) = reading.install(|| load(job, frame, StageClock::start())) else { continue };
+        if let Ok(Some(radius)) = reading.install(|| loaded.infer(job, &frame.input)) {
+            let file = frame.input.display();
+            console.say(format_args!("{file}: radius {}, inferred from the spacing (-r sets it)", show_number(radius)));
+            let is_first = plan.frames.first().is_some_and(|f| f.input == frame.input && f.step == frame.step);
+            return Ok((Some(radius), is_first.then_some(loaded)));
+        }
+    }
+    Ok((None, None))
+}
+
+impl Series<'_> {
+    /// Reads frame after frame, in order, one ahead of the meshers.
+    fn read_all(&self, plan: &Plan, first: &mut Option<Loaded>, meshers: SyncSender<Parcel>, reading: &ThreadPool) {
+        let mut frames = plan.frames.clone();
+        let mut watch = self.job.watch.map(|patience| Watch::new(patience, &plan.frames));
+        loop {
+            for frame in std::mem::take(&mut frames) {
+                if interrupt::is_asked() {
+                    return;
+                }
+                if self.job.skip_existing && is_done(&frame) {
+                    self.end(frame, Ending::Skipped);
+                    continue;
+                }
+                let loaded = match first.take() {
+                    Some(loaded) => Ok(loaded),
+                    None => reading.install(|| load(self.job, &frame, StageClock::start())),
+                };
+                match loaded {
+                    // The meshers live as long as there is a sender.
+                    Ok(loaded) => drop(meshers.send(Parcel { frame, loaded })),
+                    Err(failure) => self.end(frame, Ending::Failed(failure)),
+                }
+            }
+            match watch.as_mut().and_then(|watch| watch.wait(self.job, self.console)) {
+                Some(more) => {
+                    self.console.more_progress(more.len());
+                    frames = more;
+                }
+                None => return,
+            }
+        }
+    }
+
+    /// Meshes what is handed over, until the reader is gone.
+    fn mesh_all(&self, parcels: &Mutex<Receiver<Parcel>>, pool: &ThreadPool) {
+        let mut reconstructor = Reconstructor::new();
+        loop {
+            let parcel = parcels.lock().unwrap_or_else(PoisonError::into_inner).recv();
+            let Ok(Parcel { frame, mut loaded }) = parcel else { return };
+            let ending = match self.mesh(&frame, &mut loaded, &mut reconstructor, pool) {
+                Ok(outcome) => Ending::Done(Box::new(outcome)),
+                Err(failure) => Ending::Failed(failure),
+            };
+            loaded.tell_choice(&frame.input, self.console);
+            self.end(frame, ending);
+        }
+    }
+
+    fn mesh(
+        &self,
+        frame: &Frame,
+        loaded: &mut Loaded,
+        reconstructor: &mut Reconstructor,
+        pool: &ThreadPool,
+    ) -> Result<Outcome, Failure> {
+        interrupt::check()?;
+        frame.output.check()?;
+        let radius = match self.radius {
+            Some(radius) => Some(radius),
+            None => pool.install(|| loaded.infer(self.job, &frame.input))?,
+        };
+        // Besides the frames that are meshed, one is being read.
+        let share = self.job.params.max_memory.map(|all| all / (AT_ONCE as u64 + 1));
+        let together = {
+            let _sharing = self.memory.read();
+            pool.install(|| loaded.mesh(self.job, frame, radius, share, reconstructor))
+        };
+        match together {
+            Err(Failure::Memory(_)) => {
+                let _alone = self.memory.write();
+                // What the last frame left is memory, too.
+                *reconstructor = Reconstructor::new();
+                pool.install(|| loaded.mesh(self.job, frame, radius, None, reconstructor))
+            }
+            other => other,
+        }
+    }
+
+    /// Keeps how a frame ended, and says it.
+    fn end(&self, frame: Frame, ending: Ending) {
+        match &ending {
+            Ending::Done(outcome) => {
+                outcome.warn(self.job, &frame, self.console);
+                self.console.progress_line(outcome.line(&frame));
+            }
+            Ending::Skipped => self.console.detail(format_args!("{}: is there", frame.output.path().display())),
+            Ending::Failed(failure) if failure.is_interruption() => {}
+            Ending::Failed(failure) => self.console.frame_failed(failure),
+        }
+        self.console.advance_progress();
+        self.endings.lock().unwrap_or_else(PoisonError::into_inner).push((frame, ending));
+    }
+}
+
+/// What is said when all is over.
+struct Report<'a> {
+    job: &'a MeshJob,
+    radius: Option<f64>,
+    endings: Vec<(Frame, Ending)>,
+    seconds: f64,
+}
+
+impl Report<'_> {
+    fn finish(mut self, plan: &Plan, console: &Console) -> Result<(), Failure> {
+        // Frames end in any order; they are told in that of the sequence.
+        let place = |frame: &Frame| {
+            let same = |f: &Frame| f.input == frame.input && f.step == frame.step;
+            plan.frames.iter().position(same).unwrap_or(usize::MAX)
+        };
+        self.endings.sort_by_cached_key(|(frame, _)| (place(frame), frame.number, frame.input.clone()));
+        let count = |wanted: fn(&Ending) -> bool| self.endings.iter().filter(|(_, e)| wanted(e)).count();
+        let done = count(|e| matches!(e, Ending::Done(_)));
+        let skipped = count(|e| matches!(e, Ending::Skipped));
+        let failed = count(|e| matches!(e, Ending::Failed(f) if !f.is_interruption()));
+        if let Some(list) = &self.job.pvd {
+            self.write_list(list, plan)?;
+            console.say(format_args!("{}: the list of frames, for ParaView", list.display()));
+        }
+        let rate = done as f64 / self.seconds.max(1e-9);
+        console.say(format_args!(
+            "{} done, {skipped} skipped, {failed} failed in {:.2} s ({rate:.1} frames/s)",
+            show_many(done, "frame"),
+            self.seconds
+        ));
+        let was_interrupted = interrupt::is_asked() && self.job.watch.is_none();
+        let failure = if was_interrupted {
+            Some(Failure::Interrupted)
+        } else if failed > 0 {
+            let all = show_many(self.endings.len(), "frame");
+            Some(Failure::Work(format!("{failed} of {all} failed; what is wrong with each stands above")))
+        } else {
+            None
+        };
+        console.report(|| self.as_json(done, skipped, failed, failure.as_ref()));
+        interrupt::enter(Phase::Written);
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// The list names every frame of the sequence whose mesh is there, or is made elsewhere by another shard.
+    fn write_list(&self, list: &std::path::Path, plan: &Plan) -> Result<(), Failure> {
+        let failed = |frame: &Frame| {
+            let ending = self.endings.iter().find(|(f, _)| f.output.path() == frame.output.path());
+            matches!(ending, Some((_, Ending::Failed(_))))
+        };
+        let here = self.endings.iter().map(|(frame, _)| frame);
+        let mut frames: Vec<&Frame> = plan.whole.iter().chain(here).filter(|frame| !failed(frame)).collect();
+        frames.sort_by(|a, b| a.output.path().cmp(b.output.path()));
+        frames.dedup_by(|a, b| a.output.path() == b.output.path());
+        frames.sort_by_key(|frame| frame.number);
+        let time = |(i, frame): (usize, &&Frame)| {
+            frame.time.or(frame.number.map(|n| n as f64)).unwrap_or(i as f64)
+        };
+        let entries: Vec<_> =
+            frames.iter().enumerate().map(|entry| (time(entry), entry.1.output.path().to_owned())).collect();
+        Ok(write_pvd(list, &entries)?)
+    }
+
+    fn as_json(&self, done: usize, skipped: usize, failed: usize, failure: Option<&Failure>) -> Value {
+        let first_done = self.endings.iter().find_map(|(_, ending)| match ending {
+            Ending::Done(outcome) => Some(outcome.parameters(self.job)),
+            _ => None,
+        });
+        let frames = self.endings.iter().map(|(frame, ending)| {
+            let mut value = match ending {
+                Ending::Done(outcome) => outcome.as_json(frame),
+                _ => json!({
+                    "input": frame.input.to_string_lossy(),
+                    "output": frame.output.path().to_string_lossy(),
+                }),
+            };
+            value["frame"] = json!(frame.number);
+            value["time"] = json!(frame.time);
+            value["status"] = json!(match ending {
+                Ending::Done(_) => "done",
+                Ending::Skipped => "skipped",
+                Ending::Failed(failure) => {
+                    value["error"] = json!(failure.to_string());
+                    "failed"
+                }
+            });
+            value
+        });
+        json!({
+            "frames": frames.collect::<Vec<_>>(),
+            "frames_done": done,
+            "frames_skipped": skipped,
+            "frames_failed": failed,
+            "particle_radius": self.radius,
+            "parameters": first_done,
+            "pvd": self.job.pvd.as_ref().map(|path| path.to_string_lossy()),
+            "seconds": self.seconds,
+            "peak_memory_bytes": machine::peak_memory(),
+            "error": failure.map(ToString::to_string),
+            "exit_code": failure.map_or(0, Failure::exit_code),
+        })
+    }
+}
