@@ -32,6 +32,17 @@ impl From<Particles> for Cloud {
     }
 }
 
+impl From<Cloud> for Particles {
+    fn from(cloud: Cloud) -> Self {
+        let attribute = |channel: Channel| ParticleAttribute {
+            name: channel.name,
+            components: channel.components,
+            values: AttributeValues::F32(channel.values),
+        };
+        Self { positions: cloud.positions, attributes: cloud.channels.into_iter().map(attribute).collect() }
+    }
+}
+
 impl From<ParticleAttribute> for Channel {
     fn from(attribute: ParticleAttribute) -> Self {
         let values = match attribute.values {
@@ -67,64 +78,5 @@ impl Cloud {
         };
         let channels: usize = self.channels.iter().map(|c| size_of_val(&c.values[..])).sum();
         (positions + channels) as u64
-    }
-
-    /// Leaves out the particles whose position is NaN or infinite, in place; the others keep their order. Returns how
-    /// many went.
-    pub fn drop_invalid(&mut self) -> usize {
-        let finite = |position: [f64; 3]| position.iter().all(|x| x.is_finite());
-        let view = self.positions();
-        let keep: Vec<bool> = (0..view.len()).map(|i| finite(view.get(i))).collect();
-        let dropped = keep.iter().filter(|&&k| !k).count();
-        if dropped > 0 {
-            match &mut self.positions {
-                PositionData::F32(positions) => retain(positions, &keep, 1),
-                PositionData::F64(positions) => retain(positions, &keep, 1),
-            }
-            for channel in &mut self.channels {
-                retain(&mut channel.values, &keep, channel.components);
-            }
-        }
-        dropped
-    }
-
-    /// The first particle whose position is NaN or infinite.
-    pub fn first_invalid(&self) -> Option<(usize, [f64; 3])> {
-        let view = self.positions();
-        (0..view.len()).map(|i| (i, view.get(i))).find(|(_, p)| !p.iter().all(|x| x.is_finite()))
-    }
-}
-
-/// Keeps the values, `each` per particle, of the particles that `keep` says.
-fn retain<T>(values: &mut Vec<T>, keep: &[bool], each: usize) {
-    let mut index = 0;
-    values.retain(|_| {
-        let kept = keep[index / each];
-        index += 1;
-        kept
-    });
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dropping_keeps_order_and_rows_of_every_channel() {
-        let bad = f64::NAN;
-        let mut cloud = Cloud {
-            positions: PositionData::F64(vec![[0.; 3], [1., bad, 1.], [2.; 3], [f64::INFINITY; 3], [4.; 3]]),
-            channels: vec![
-                Channel { name: "id".into(), components: 1, values: vec![0., 1., 2., 3., 4.] },
-                Channel { name: "uv".into(), components: 2, values: (0..10_u8).map(f32::from).collect() },
-            ],
-        };
-        assert_eq!(cloud.first_invalid().map(|(i, _)| i), Some(1));
-        assert_eq!(cloud.drop_invalid(), 2);
-        assert_eq!(cloud.positions, PositionData::F64(vec![[0.; 3], [2.; 3], [4.; 3]]));
-        assert_eq!(cloud.channels[0].values, [0., 2., 4.]);
-        assert_eq!(cloud.channels[1].values, [0., 1., 4., 5., 8., 9.]);
-        assert_eq!(cloud.bytes(), 3 * 24 + 3 * 4 + 6 * 4);
-        assert_eq!((cloud.drop_invalid(), cloud.first_invalid()), (0, None));
     }
 }

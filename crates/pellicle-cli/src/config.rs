@@ -70,7 +70,13 @@ fn kept_options(matches: &ArgMatches) -> Result<Option<Vec<OsString>>, Failure> 
             continue;
         }
         let words = words(value).ok_or_else(|| {
-            usage(path, format_args!("{key} in [{verb}] is a {}: write a number, a text, true or false, or a list", value.type_str()))
+            usage(
+                path,
+                format_args!(
+                    "{key} in [{verb}] is a {}: write a number, a text, true or false, or a list",
+                    value.type_str()
+                ),
+            )
         })?;
         match (arg.get_long(), arg.get_action()) {
             (None, _) => positional.extend(words),
@@ -131,12 +137,14 @@ fn print(matches: &ArgMatches) -> Option<String> {
         return None;
     }
     let command = verb_command(verb)?;
-    let mut text = format!("# pellicle {verb} --config THIS_FILE does the same again; what is typed besides wins.\n[{verb}]\n");
+    let mut text =
+        format!("# pellicle {verb} --config THIS_FILE does the same again; what is typed besides wins.\n[{verb}]\n");
     for arg in command.get_arguments().filter(|arg| !NOT_KEPT.contains(&arg.get_id().as_str())) {
         let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
         let _ = writeln!(text, "\n# {}", help.replace('\n', "\n# "));
         let name = name(arg);
-        let given = matches.value_source(arg.get_id().as_str()).is_some_and(|source| source != ValueSource::DefaultValue);
+        let given =
+            matches.value_source(arg.get_id().as_str()).is_some_and(|source| source != ValueSource::DefaultValue);
         let comment = if given { "" } else { "# " };
         let _ = match value(arg, matches) {
             Some(value) => writeln!(text, "{comment}{name} = {value}"),

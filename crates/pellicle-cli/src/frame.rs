@@ -1,7 +1,7 @@
 //! One frame, from file to file: read, choose, split off the spray, reconstruct, write, draw. A single input and the
 //! frames of a sequence go the same way.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use pellicle::{Error, Params, Reconstructor, infer_radius};
@@ -16,30 +16,12 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::machine;
 use crate::picture;
+use crate::plan::Frame;
 use crate::resolve::MeshJob;
 use crate::spray;
 use crate::surface::{Made, Order, make};
 use crate::target::Target;
 use crate::values::{show_bytes, show_many, show_number, show_vertices};
-
-/// Where a frame comes from and where it goes.
-#[derive(Debug, Clone)]
-pub struct Frame {
-    /// Number in the names of a sequence.
-    pub number: Option<i64>,
-    /// Time, where a list of files tells it.
-    pub time: Option<f64>,
-    /// The particle file.
-    pub input: PathBuf,
-    /// Which time step of the file, if a list tells it.
-    pub step: Option<usize>,
-    /// The mesh file.
-    pub output: Target,
-    /// The picture.
-    pub png: Option<PathBuf>,
-    /// The file of isolated particles.
-    pub spray: Option<PathBuf>,
-}
 
 /// The particles of a frame, read and chosen.
 #[derive(Debug)]
@@ -138,13 +120,14 @@ impl Loaded {
             self.clock.begin("spray");
             self.sprayed = Some(spray::write(&mut self.particles, path, &params, &interrupt::TOKEN, &frame.input)?);
         }
+        let target = Target::new(frame.output.clone())?;
         // A frame may be tried again with more memory: its particles come back.
         let cloud = Cloud::from(std::mem::take(&mut self.particles));
         let order = Order {
             source: &frame.input,
             params: &params,
             is_radius_known: radius.is_some(),
-            target: &frame.output,
+            target: &target,
             up: job.up,
             keep_mesh: frame.png.is_some(),
         };
@@ -196,7 +179,7 @@ impl Outcome {
             console.say(format_args!("  spray: {} in {}", show_many(count, "particle"), path.display()));
         }
         console.say(format_args!("  surface: {}, {}", show_vertices(vertices), show_many(triangles, "triangle")));
-        let path = frame.output.path().display();
+        let path = frame.output.display();
         console.say(format_args!("{path}: {} in {:.3} s", show_bytes(bytes), self.seconds));
         if let Some(png) = &frame.png {
             console.say(format_args!("{}: its picture", png.display()));
@@ -215,7 +198,7 @@ impl Outcome {
         format!(
             "{} -> {}: {}, {}, {:.3} s",
             frame.input.display(),
-            frame.output.path().display(),
+            frame.output.display(),
             show_many(self.particles, "particle"),
             show_many(self.made.triangles, "triangle"),
             self.seconds
@@ -228,7 +211,7 @@ impl Outcome {
         let stage = |(name, time): &(&str, Duration)| json!({"name": name, "seconds": time.as_secs_f64()});
         json!({
             "input": frame.input.to_string_lossy(),
-            "output": frame.output.path().to_string_lossy(),
+            "output": frame.output.to_string_lossy(),
             "png": frame.png.as_ref().map(|path| path.to_string_lossy()),
             "output_bytes": made.bytes,
             "particles": self.particles,

@@ -4,40 +4,61 @@
 //! interrupted. An output file appears whole or not at all.
 
 mod args;
+mod batch;
+mod choose;
 mod clock;
 mod cloud;
 mod commands;
+mod config;
 mod console;
 mod failure;
+mod frame;
 mod interrupt;
 mod machine;
+mod picture;
+mod plan;
 mod resolve;
+mod sequence;
+mod series;
+mod shim;
+mod spray;
 mod surface;
 mod target;
 mod values;
+mod watch;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use args::{Cli, Verb};
+use args::{Talk, Verb};
 use console::Console;
 
 fn main() -> ExitCode {
     // Wrong usage ends here with code 2; --help and --version with 0.
-    let cli = Cli::parse();
+    let (cli, printed) = match config::parse(std::env::args_os().collect()) {
+        Ok(parsed) => parsed,
+        Err(failure) => return fail(&Console::new("", Talk::default()), &failure),
+    };
+    if let Some(text) = printed {
+        print!("{text}");
+        return ExitCode::SUCCESS;
+    }
     let console = Console::new(cli.verb.name(), cli.verb.talk());
     let result = match &cli.verb {
         Verb::Mesh(args) => commands::mesh::run(args, &console),
         Verb::Info(args) => commands::info::run(args, &console),
         Verb::Check(args) => commands::check::run(args, &console),
+        Verb::Render(args) => commands::render::run(args, &console),
         Verb::Demo(args) => commands::demo::run(args, &console),
+        Verb::Completions(args) => commands::manual::completions(args, &console),
+        Verb::Man(args) => commands::manual::man(args, &console),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            console.fail(&failure);
-            ExitCode::from(failure.exit_code())
-        }
+        Err(failure) => fail(&console, &failure),
     }
+}
+
+fn fail(console: &Console, failure: &failure::Failure) -> ExitCode {
+    console.fail(failure);
+    ExitCode::from(failure.exit_code())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pellicle::{Mesh, Positions, infer_radius};
-use pellicle_io::{Content, Particles, Up, write_file};
+use pellicle_io::{Up, write_file};
 use pellicle_render::{
     Background, Bounds, Camera, Color, Framing, Image, Layer, Lens, Paint, Radius, Scalars, Scene, Settings, Spheres,
     Surface, Wireframe, draw,
@@ -11,6 +11,7 @@ use pellicle_render::{
 
 use crate::args::{CameraArgs, LookArgs};
 use crate::failure::Failure;
+use crate::shim::Content;
 
 /// Width and height of pictures that nobody asked a size for.
 const SIZE: (u32, u32) = (1920, 1080);
@@ -119,11 +120,7 @@ fn scalars(content: &Content, name: &str, input: &Path) -> Result<Scalars<'stati
 }
 
 fn owned(scalars: Scalars<'_>) -> Scalars<'static> {
-    Scalars {
-        name: scalars.name.into_owned().into(),
-        values: scalars.values.into_owned().into(),
-        range: scalars.range,
-    }
+    Scalars { name: scalars.name.into_owned().into(), values: scalars.values.into_owned().into(), range: scalars.range }
 }
 
 /// The picture's size and surroundings.
@@ -154,13 +151,5 @@ pub fn camera(
         }
         (None, Some(angle)) => framing.orbit(bounds, aspect, angle),
         (None, None) => framing.fit(bounds, aspect),
-    }
-}
-
-/// The particles of a file as content.
-impl From<Particles> for Subject {
-    fn from(particles: Particles) -> Self {
-        let radius = inferred_radius(particles.positions.view());
-        Self { content: Content::Particles(particles), radius, radii: None, scalars: None }
     }
 }

@@ -2,7 +2,7 @@
 //! data make (the radius when it is not given, which attributes there are).
 
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use pellicle::{Band, Lanes, Params};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
@@ -168,6 +168,8 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Params {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use clap::Parser;
 
     use super::*;
@@ -236,7 +238,9 @@ mod tests {
 
     #[test]
     fn what_cannot_mean_anything_is_a_usage_error() {
-        for wrong in ["--where type=", "--crop 1,2,3 0,0,0", "--crop 1,2 3,4,5", "--frames 9-x", "--shard 4/3", "--png a.jpg"] {
+        for wrong in
+            ["--where type=", "--crop 1,2,3 0,0,0", "--crop 1,2 3,4,5", "--frames 9-x", "--shard 4/3", "--png a.jpg"]
+        {
             let line = format!("pellicle mesh a.xyz {wrong}");
             assert!(matches!(resolve(&line), Err(Failure::Usage(_))), "{wrong}");
         }

@@ -16,19 +16,20 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::Instant;
 
+use crate::shim::write_pvd;
 use pellicle::Reconstructor;
-use pellicle_io::write_pvd;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
 use crate::clock::StageClock;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::frame::{Frame, Loaded, Outcome, load};
+use crate::frame::{Loaded, Outcome, load};
 use crate::interrupt::{self, Phase};
 use crate::machine;
-use crate::plan::{Plan, is_done};
+use crate::plan::{Frame, Plan, is_done};
 use crate::resolve::MeshJob;
+use crate::target::Target;
 use crate::values::{show_many, show_number};
 use crate::watch::Watch;
 
@@ -163,7 +164,7 @@ impl Series<'_> {
         pool: &ThreadPool,
     ) -> Result<Outcome, Failure> {
         interrupt::check()?;
-        frame.output.check()?;
+        Target::new(frame.output.clone())?.check()?;
         let radius = match self.radius {
             Some(radius) => Some(radius),
             None => pool.install(|| loaded.infer(self.job, &frame.input))?,
@@ -192,7 +193,7 @@ impl Series<'_> {
                 outcome.warn(self.job, &frame, self.console);
                 self.console.progress_line(outcome.line(&frame));
             }
-            Ending::Skipped => self.console.detail(format_args!("{}: is there", frame.output.path().display())),
+            Ending::Skipped => self.console.detail(format_args!("{}: is there", frame.output.display())),
             Ending::Failed(failure) if failure.is_interruption() => {}
             Ending::Failed(failure) => self.console.frame_failed(failure),
         }
@@ -221,7 +222,7 @@ impl Report<'_> {
         let done = count(|e| matches!(e, Ending::Done(_)));
         let skipped = count(|e| matches!(e, Ending::Skipped));
         let failed = count(|e| matches!(e, Ending::Failed(f) if !f.is_interruption()));
-        if let Some(list) = &self.job.pvd {
+        if let Some(list) = &plan.pvd {
             self.write_list(list, plan)?;
             console.say(format_args!("{}: the list of frames, for ParaView", list.display()));
         }
@@ -240,7 +241,7 @@ impl Report<'_> {
         } else {
             None
         };
-        console.report(|| self.as_json(done, skipped, failed, failure.as_ref()));
+        console.report(|| self.as_json(plan, done, skipped, failed, failure.as_ref()));
         interrupt::enter(Phase::Written);
         failure.map_or(Ok(()), Err)
     }
@@ -248,23 +249,20 @@ impl Report<'_> {
     /// The list names every frame of the sequence whose mesh is there, or is made elsewhere by another shard.
     fn write_list(&self, list: &std::path::Path, plan: &Plan) -> Result<(), Failure> {
         let failed = |frame: &Frame| {
-            let ending = self.endings.iter().find(|(f, _)| f.output.path() == frame.output.path());
+            let ending = self.endings.iter().find(|(f, _)| f.output == frame.output);
             matches!(ending, Some((_, Ending::Failed(_))))
         };
         let here = self.endings.iter().map(|(frame, _)| frame);
         let mut frames: Vec<&Frame> = plan.whole.iter().chain(here).filter(|frame| !failed(frame)).collect();
-        frames.sort_by(|a, b| a.output.path().cmp(b.output.path()));
-        frames.dedup_by(|a, b| a.output.path() == b.output.path());
+        frames.sort_by(|a, b| a.output.cmp(&b.output));
+        frames.dedup_by(|a, b| a.output == b.output);
         frames.sort_by_key(|frame| frame.number);
-        let time = |(i, frame): (usize, &&Frame)| {
-            frame.time.or(frame.number.map(|n| n as f64)).unwrap_or(i as f64)
-        };
-        let entries: Vec<_> =
-            frames.iter().enumerate().map(|entry| (time(entry), entry.1.output.path().to_owned())).collect();
+        let time = |(i, frame): (usize, &&Frame)| frame.time.or(frame.number.map(|n| n as f64)).unwrap_or(i as f64);
+        let entries: Vec<_> = frames.iter().enumerate().map(|entry| (time(entry), entry.1.output.clone())).collect();
         Ok(write_pvd(list, &entries)?)
     }
 
-    fn as_json(&self, done: usize, skipped: usize, failed: usize, failure: Option<&Failure>) -> Value {
+    fn as_json(&self, plan: &Plan, done: usize, skipped: usize, failed: usize, failure: Option<&Failure>) -> Value {
         let first_done = self.endings.iter().find_map(|(_, ending)| match ending {
             Ending::Done(outcome) => Some(outcome.parameters(self.job)),
             _ => None,
@@ -274,7 +272,7 @@ impl Report<'_> {
                 Ending::Done(outcome) => outcome.as_json(frame),
                 _ => json!({
                     "input": frame.input.to_string_lossy(),
-                    "output": frame.output.path().to_string_lossy(),
+                    "output": frame.output.to_string_lossy(),
                 }),
             };
             value["frame"] = json!(frame.number);
@@ -296,7 +294,7 @@ impl Report<'_> {
             "frames_failed": failed,
             "particle_radius": self.radius,
             "parameters": first_done,
-            "pvd": self.job.pvd.as_ref().map(|path| path.to_string_lossy()),
+            "pvd": plan.pvd.as_ref().map(|path| path.to_string_lossy()),
             "seconds": self.seconds,
             "peak_memory_bytes": machine::peak_memory(),
             "error": failure.map(ToString::to_string),

@@ -157,7 +157,7 @@ fn memory_left(cloud: &Cloud, order: &Order) -> Result<Option<u64>, Failure> {
 impl Order<'_> {
     /// The parameters that decide the mesh, for the output's header. Threads, memory limit, band and vector unit are
     /// left out: they decide nothing, and files that hold the same mesh shall be the same.
-    fn record(&self) -> Vec<String> {
+    pub fn record(&self) -> Vec<String> {
         let Params { particle_radius, smoothing_length, cell_size, iso, .. } = self.params;
         let source = self.source.file_name().unwrap_or_default().to_string_lossy();
         let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];

@@ -54,7 +54,8 @@ pub fn parse_range(text: &str) -> Result<[f64; 2], String> {
 }
 
 fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
     numbers?.try_into().ok()
 }
 

@@ -9,9 +9,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::console::Console;
-use crate::frame::Frame;
 use crate::interrupt;
-use crate::plan;
+use crate::plan::{self, Frame};
 use crate::resolve::MeshJob;
 
 /// Time between two looks.

@@ -226,7 +226,10 @@ mod tests {
                         let camera = framing.fit(&bounds, f64::from(width) / f64::from(height)).unwrap();
                         let reach = reach(&camera, &bounds, width, height);
                         let most = reach.iter().fold(0.0f64, |m, &r| m.max(r));
-                        assert!(most < 0.94 + 1e-6 && (most > 0.94 - 1e-6 || angle == Some(100.0)), "{half:?} {up:?} {angle:?} {reach:?}");
+                        assert!(
+                            most < 0.94 + 1e-6 && (most > 0.94 - 1e-6 || angle == Some(100.0)),
+                            "{half:?} {up:?} {angle:?} {reach:?}"
+                        );
                         assert!((reach[0] - reach[1]).abs() < 1e-6 && (reach[2] - reach[3]).abs() < 1e-6, "{reach:?}");
                     }
                 }

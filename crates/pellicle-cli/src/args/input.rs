@@ -9,28 +9,28 @@ use crate::values::parse_positive;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Input")]
 pub struct InputArgs {
-    /// Keep the particles for which this holds, such as 'type == 0 and density > 500' [default: all]
+    /// Keep particles where this holds: 'type==0 && density>500' [default: all]
     #[arg(long = "where", value_name = "CONDITION")]
     pub condition: Option<String>,
-    /// Keep the particles in the box from MIN to MAX, each X,Y,Z; '-' leaves a side open [default: all]
+    /// Keep particles in this box, X,Y,Z each; '-' is open [default: all]
     #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], allow_hyphen_values = true)]
     pub crop: Option<Vec<String>>,
-    /// Multiply all lengths and velocities of IN, before anything else [default: 1]
+    /// Multiply lengths and velocities of IN, first of all [default: 1]
     #[arg(long, value_name = "FACTOR", value_parser = parse_positive)]
     pub scale: Option<f64>,
-    /// The axis of IN that points up, for pictures and GLB files: y or z
+    /// The axis of IN that points up, for pictures and GLB
     #[arg(long, value_name = "y|z", default_value = "y", hide_possible_values = true)]
     pub up: UpArg,
-    /// Which array, key or group, where a file holds several sets of particles [default: the usual one]
+    /// Array, key or group of a file that has several [default: the usual]
     #[arg(long, value_name = "NAME")]
     pub array: Option<String>,
-    /// Which time step, where a file holds several, counted from 0 [default: 0]
+    /// Time step of a file that has several, from 0 [default: 0]
     #[arg(long, value_name = "N")]
     pub step: Option<usize>,
-    /// Numbers of raw files, which have no header: f32 or f64 [default: f32; f64 for .f64]
+    /// Numbers of raw files [default: f64 if named .f64, else f32]
     #[arg(long, value_name = "f32|f64", hide_possible_values = true)]
     pub raw: Option<RawArg>,
-    /// Leave out particles whose position is NaN or infinite, and count them [default: such a particle is an error]
+    /// Leave out positions that are NaN or infinite [default: they are errors]
     #[arg(long)]
     pub drop_invalid: bool,
 }

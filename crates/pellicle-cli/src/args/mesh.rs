@@ -12,23 +12,29 @@ use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads}
 /// `mesh IN`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Lengths \"in radii\" are multiples of the particle radius -r. The kernel's support radius is 2*l*r.\n\
-The mesh has the same bytes whatever --threads, --max-memory and --band are."
+    disable_help_flag = true,
+    after_help = "Patterns: ####, {}, %04d, $F4. RADII are multiples of -r. The same bytes for any --threads, --max-memory\n\
+and --band. File types: pellicle formats"
 )]
 pub struct MeshArgs {
-    /// Particle files: one, several, a folder, a .pvd, or a pattern (frame_####.vtk, frame_%04d.vtk, frame_{}.vtk)
+    /// Particle files: one, several, a folder, a .pvd, or a pattern such as frame_####.vtk
     #[arg(value_name = "IN", required_unless_present_any = ["config", "print_config"])]
     pub input: Vec<PathBuf>,
-    /// Mesh file, pattern (out/f_####.glb), folder/, or .pvd with .vtp files [default: IN with the extension .ply]
+    /// Mesh file, pattern, folder/ or .pvd [default: IN with .ply]
     #[arg(short, long, value_name = "OUT", alias = "output-file", help_heading = "Output")]
     pub output: Option<PathBuf>,
-    /// Draw each mesh to this PNG file, or pattern [default: no picture]
+    /// Draw each mesh to this PNG file or pattern [default: no picture]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub png: Option<PathBuf>,
-    /// Write particles without neighbours to this file as points with radius; the surface leaves them out [default:
-    /// they are part of the surface]
+    /// Write particles without neighbours here [default: mesh them]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub spray: Option<PathBuf>,
+    /// To carry over: velocity, all, none, NAME,... [default: velocity]
+    #[arg(long, value_name = "NAMES", value_parser = parse_attributes, help_heading = "Output")]
+    pub attributes: Option<AttributeChoice>,
+    /// Unit normals from the field's gradient
+    #[arg(long, value_name = "on|off", default_value = "off", hide_possible_values = true, help_heading = "Output")]
+    pub normals: Switch,
 
     /// What the surface is.
     #[command(flatten)]
@@ -44,20 +50,12 @@ pub struct MeshArgs {
     #[command(flatten)]
     pub watch: WatchArgs,
 
-    /// Attributes to carry to the vertices: velocity, all, none, or NAME,... [default: velocity if IN has it]
-    #[arg(long, value_name = "NAMES", value_parser = parse_attributes, help_heading = "Vertices")]
-    pub attributes: Option<AttributeChoice>,
-    /// Unit normals from the field's gradient
-    #[arg(long, value_name = "on|off", default_value = "off", hide_possible_values = true, help_heading = "Vertices")]
-    pub normals: Switch,
-
-    /// Threads, at least 1 [default: one per processor that this process may use]
+    /// Threads, at least 1 [default: one per processor]
     #[arg(short = 'n', long, alias = "num-threads")]
-    #[arg(value_name = "N", value_parser = parse_threads, help_heading = "Machine")]
+    #[arg(value_name = "N", value_parser = parse_threads, help_heading = "Run")]
     pub threads: Option<NonZeroUsize>,
-    /// Memory for particles, lattice and mesh, such as 512M or 8G (K, M, G, T are powers of 1024); the work is cut in
-    /// blocks to fit, or refused with the number needed [default: what the system can give]
-    #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Machine")]
+    /// Limit of memory, such as 512M or 8G [default: what the system can give]
+    #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Run")]
     pub max_memory: Option<u64>,
 
     /// Options from a file.
@@ -75,23 +73,22 @@ pub struct MeshArgs {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Surface")]
 pub struct SurfaceArgs {
-    /// Particle radius, half of the particles' spacing at rest, in world units [default: inferred from the
-    /// particles, and printed]
+    /// Particle radius, half the spacing at rest [default: inferred]
     #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
     /// Smoothing length in radii; larger is smoother
     #[arg(short = 'l', long)]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "2")]
     pub smoothing_length: f64,
-    /// Edge of a lattice cell in radii; half the edge gives four times the triangles
+    /// Edge of a lattice cell; half gives 4 times the triangles
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,
-    /// Value of the colour field at the surface: 0 outside, about 1 deep inside; smaller is fatter
+    /// Field at the surface: 0 outside, about 1 inside
     #[arg(short, long, alias = "surface-threshold")]
     #[arg(value_name = "VALUE", value_parser = parse_positive, default_value = "0.6")]
     pub threshold: f64,
-    /// Where to evaluate the field: auto (near the surface only) or full (at every node, to check auto)
+    /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
 }

@@ -42,8 +42,14 @@ pub enum Verb {
     Info(InfoArgs),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
     Check(CheckArgs),
-    /// Make a splash of particles and its surface, to see that all works
+    /// Meshes and particles to pictures (PNG)
+    Render(Box<RenderArgs>),
+    /// Make a splash of particles, its surface and pictures, to see that all works
     Demo(DemoArgs),
+    /// Print a script that completes this command in your shell
+    Completions(CompletionsArgs),
+    /// Write the manual pages
+    Man(ManArgs),
 }
 
 impl Verb {
@@ -53,7 +59,10 @@ impl Verb {
             Self::Mesh(_) => "mesh",
             Self::Info(_) => "info",
             Self::Check(_) => "check",
+            Self::Render(_) => "render",
             Self::Demo(_) => "demo",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
         }
     }
 
@@ -63,7 +72,9 @@ impl Verb {
             Self::Mesh(args) => (&args.talk, args.more.verbose),
             Self::Info(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
+            Self::Render(args) => (&args.talk, args.more.verbose),
             Self::Demo(args) => (&args.talk, args.more.verbose),
+            Self::Completions(_) | Self::Man(_) => return Talk::default(),
         };
         Talk { json: talk.json, quiet: talk.quiet, verbose }
     }
@@ -72,17 +83,17 @@ impl Verb {
 /// The options about what is said, together.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Talk {
-    /// A report for machines on stdout.
+    /// Print a report for machines on stdout; text goes to stderr
     pub json: bool,
     /// No text but warnings and errors.
     pub quiet: bool,
-    /// More text than usual.
+    /// Print parameters, stage times and peak memory too
     pub verbose: bool,
 }
 
 /// Options that every verb has.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Report")]
+#[command(next_help_heading = "Run")]
 pub struct TalkArgs {
     /// Print a machine-readable report on stdout; all text goes to stderr
     #[arg(long)]
@@ -90,22 +101,44 @@ pub struct TalkArgs {
     /// Print warnings and errors only
     #[arg(short, long)]
     pub quiet: bool,
+    /// Print this help
+    #[arg(short, long, action = clap::ArgAction::Help)]
+    pub help: Option<bool>,
 }
 
 /// More than usual is said.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Report")]
+#[command(next_help_heading = "Run")]
 pub struct VerboseArgs {
     /// Print parameters, stage times and peak memory too
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
 }
 
+/// `completions SHELL`.
+#[derive(Debug, Args)]
+#[command(after_help = "bash:  pellicle completions bash > ~/.local/share/bash-completion/completions/pellicle\n\
+zsh:   pellicle completions zsh > a folder of $fpath/_pellicle\n\
+fish:  pellicle completions fish > ~/.config/fish/completions/pellicle.fish")]
+pub struct CompletionsArgs {
+    /// Which shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// `man`.
+#[derive(Debug, Args)]
+pub struct ManArgs {
+    /// Folder for the pages, a file for each verb; it must exist
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub output_dir: PathBuf,
+}
+
 /// Options from a file and into one.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Report")]
+#[command(next_help_heading = "Run")]
 pub struct ConfigArgs {
-    /// Take options that are not typed here from this TOML file, as --print-config writes it
+    /// Take options that are not typed from this TOML file [default: none]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Print all options as TOML, and do nothing else
@@ -115,6 +148,7 @@ pub struct ConfigArgs {
 
 /// `info FILE`.
 #[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
 pub struct InfoArgs {
     /// Particle or mesh file
     #[arg(value_name = "FILE")]
@@ -126,6 +160,7 @@ pub struct InfoArgs {
 
 /// `check MESH`.
 #[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
 pub struct CheckArgs {
     /// Mesh file: .ply .obj .vtk
     #[arg(value_name = "MESH")]
@@ -140,8 +175,9 @@ pub struct CheckArgs {
 
 /// `demo`.
 #[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
 pub struct DemoArgs {
-    /// Folder for demo.ply; it must exist
+    /// Folder for demo.ply, demo.glb, demo.png and demo.html; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.
@@ -151,4 +187,3 @@ pub struct DemoArgs {
     #[command(flatten)]
     pub more: VerboseArgs,
 }
-

@@ -4,20 +4,21 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs};
+use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs};
 use crate::values::{parse_pixels, parse_point, parse_positive, parse_range};
 
 /// `render IN... -o OUT`.
 #[derive(Debug, Args)]
 #[command(
+    disable_help_flag = true,
     after_help = "A file with faces is drawn as a surface, any other as spheres. Without --eye the camera sees all of the first,\n\
 middle and last frame. The same input gives the same bytes, without a GPU or a window."
 )]
 pub struct RenderArgs {
-    /// Mesh or particle files: one, several, a folder, a .pvd, or a pattern (f_####.ply, f_%04d.ply, f_{}.ply)
+    /// Mesh or particle files: one, several, a folder, a .pvd, or a pattern such as f_####.ply
     #[arg(value_name = "IN", required_unless_present_any = ["config", "print_config"])]
     pub input: Vec<PathBuf>,
-    /// Picture, pattern (f_####.png) or folder/ [default: IN with the extension .png]
+    /// Picture, pattern or folder/ [default: IN with the extension .png]
     #[arg(short, long, value_name = "OUT", help_heading = "Output")]
     pub output: Option<PathBuf>,
     /// Width and height in pixels
@@ -44,25 +45,28 @@ pub struct RenderArgs {
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,
+    /// And more.
+    #[command(flatten)]
+    pub more: VerboseArgs,
 }
 
 /// The looks.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Looks")]
 pub struct LookArgs {
-    /// Show this attribute as colours with a bar; of a vector the length [default: one colour]
+    /// Show this attribute by colours, of vectors the length [default: one colour]
     #[arg(long, value_name = "NAME")]
     pub color_by: Option<String>,
-    /// Values at the ends of the colour bar [default: the least and the largest of each frame]
+    /// Values at the ends of the colour bar [default: least and largest of each frame]
     #[arg(long, value_name = "LOW,HIGH", requires = "color_by", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
     /// Draw the edges of triangles
     #[arg(long)]
     pub wireframe: bool,
-    /// Paint the inside of surfaces red, so that holes and flipped triangles show
+    /// Paint the inside red, so that holes and flipped triangles show
     #[arg(long, conflicts_with = "color_by")]
     pub sides: bool,
-    /// Radius of particles in world units [default: their radius attribute, or inferred from the spacing]
+    /// Particles' radius [default: their radius attribute, or inferred]
     #[arg(short, long, value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
     /// Dark background

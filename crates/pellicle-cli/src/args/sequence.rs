@@ -6,13 +6,13 @@ use clap::Args;
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Sequences")]
 pub struct FrameArgs {
-    /// Frames of a pattern: 1-100, 1-100:5 (every fifth), 3,7,20-30 [default: all that are there]
+    /// Frames of a pattern: 1-100, 1-100:5, 3,7,20-30 [default: all there]
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
     pub frames: Option<String>,
-    /// Only each N-th frame, beginning with the K-th, to share the work: 1/4 here, 2/4 there [default: all]
+    /// Only every N-th frame from the K-th on [default: all]
     #[arg(long, value_name = "K/N")]
     pub shard: Option<String>,
-    /// Leave out frames whose output is there and not older than its input [default: make all]
+    /// Leave out frames whose output is there and newer [default: no]
     #[arg(long)]
     pub skip_existing: bool,
 }
@@ -21,7 +21,7 @@ pub struct FrameArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Sequences")]
 pub struct WatchArgs {
-    /// Wait for more frames, until none has come for so many seconds [default: until Ctrl-C; without it: no waiting]
+    /// Wait for more, until none came for so long [default: Ctrl-C]
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "inf")]
     #[arg(value_parser = parse_patience)]
     pub watch: Option<f64>,

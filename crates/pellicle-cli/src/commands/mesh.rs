@@ -6,12 +6,13 @@ use crate::args::MeshArgs;
 use crate::clock::StageClock;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::frame::{Frame, load};
+use crate::frame::load;
 use crate::interrupt::{self, Phase};
 use crate::machine;
-use crate::plan::Plan;
+use crate::plan::{Frame, Plan};
 use crate::resolve::MeshJob;
 use crate::series;
+use crate::target::Target;
 use crate::values::show_number;
 
 /// Runs the verb.
@@ -19,7 +20,7 @@ pub fn run(args: &MeshArgs, console: &Console) -> Result<(), Failure> {
     let clock = StageClock::start();
     interrupt::listen();
     let job = MeshJob::resolve(args)?;
-    let plan = Plan::new(args, &job, console)?;
+    let plan = Plan::new(&job.files, console)?;
     warn_of_coarse_cells(&job, console);
     match &plan.single {
         Some(frame) => machine::thread_pool(job.threads)?.install(|| single(&job, frame, clock, console)),
@@ -29,7 +30,7 @@ pub fn run(args: &MeshArgs, console: &Console) -> Result<(), Failure> {
 
 /// One input, one output, and no thread but those of the pool: small frames take milliseconds.
 fn single(job: &MeshJob, frame: &Frame, clock: StageClock, console: &Console) -> Result<(), Failure> {
-    frame.output.check()?;
+    Target::new(frame.output.clone())?.check()?;
     let mut loaded = load(job, frame, clock)?;
     loaded.announce(&frame.input, console);
     loaded.tell_choice(&frame.input, console);

@@ -3,4 +3,6 @@
 pub mod check;
 pub mod demo;
 pub mod info;
+pub mod manual;
 pub mod mesh;
+pub mod render;

@@ -54,6 +54,12 @@ impl PositionData {
     }
 }
 
+impl Default for PositionData {
+    fn default() -> Self {
+        PositionData::F32(Vec::new())
+    }
+}
+
 /// Values of an attribute. Smaller integers are widened to `i32`, `u32` and `u64` to `i64` (beyond its range they
 /// saturate).
 #[derive(Debug, Clone, PartialEq)]
@@ -109,7 +115,7 @@ impl ParticleAttribute {
 }
 
 /// The particles of one file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Particles {
     /// One position per particle.
     pub positions: PositionData,
