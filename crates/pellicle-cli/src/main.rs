@@ -4,6 +4,7 @@
 //! interrupted. An output file appears whole or not at all.
 
 mod args;
+mod choose;
 mod clock;
 mod cloud;
 mod commands;
@@ -12,6 +13,7 @@ mod failure;
 mod interrupt;
 mod machine;
 mod resolve;
+mod spray;
 mod surface;
 mod target;
 mod values;

@@ -154,7 +154,7 @@ impl<'a> Buckets<'a> {
     }
 
     fn cell(&self, i: usize) -> Cell {
-        self.positions.get(i).map(|v| (v / self.edge).floor() as i64)
+        self.positions.get(i).map(|v| floor(v / self.edge))
     }
 
     /// The slots of a cell's bucket, in which others may be, too.
@@ -227,8 +227,15 @@ fn dist_sq(a: [f64; 3], b: [f64; 3]) -> f64 {
 /// margin need not grow further.
 fn reach(u: f64) -> (i64, i64) {
     let margin = 0.5 + (1e-6 + u.abs() * (2.0 * f64::EPSILON)).min(2.0);
-    // Conversion saturates, for both particles alike.
-    ((u - margin).floor() as i64, (u + margin).floor() as i64)
+    (floor(u - margin), floor(u + margin))
+}
+
+/// The largest integer not above `v`, or the last integer there is: for all particles alike. Without the call that
+/// `f64::floor` is on the oldest x86-64.
+#[inline(always)]
+fn floor(v: f64) -> i64 {
+    let cut = v as i64;
+    cut.saturating_sub(i64::from(cut as f64 > v))
 }
 
 /// Neighbors along x share a cache line.
