@@ -44,6 +44,7 @@ mod table;
 
 pub use error::{Error, Place};
 pub use formats::catalog::{Format, FormatInfo, formats};
+pub use formats::names::canonical as canonical_name;
 pub use meshes::{
     PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_writable, read_mesh,
     remove_temporaries, write_file, write_mesh,

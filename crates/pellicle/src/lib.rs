@@ -45,6 +45,7 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};

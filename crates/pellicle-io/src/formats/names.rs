@@ -22,7 +22,7 @@ pub(crate) struct Groups {
 }
 
 /// The name used in memory for an attribute, whatever program wrote it: Houdini says `v`, DualSPHysics `Vel`.
-pub(crate) fn canonical(name: &str, components: usize) -> String {
+pub fn canonical(name: &str, components: usize) -> String {
     let lower = name.to_ascii_lowercase();
     match (lower.as_str(), components) {
         ("v" | "vel" | "velocity" | "velocities", 3) => "velocity".into(),

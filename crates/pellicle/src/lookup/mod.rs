@@ -3,3 +3,4 @@
 pub(crate) mod cells;
 pub(crate) mod directory;
 pub(crate) mod gather;
+pub(crate) mod isolated;
