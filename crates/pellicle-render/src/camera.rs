@@ -158,7 +158,7 @@ pub(crate) fn half_tangent(angle: f64) -> f64 {
 }
 
 /// The front of a world with this up axis, and its right as seen from there.
-fn horizontal(up: Vec3) -> (Vec3, Vec3) {
+pub(crate) fn horizontal(up: Vec3) -> (Vec3, Vec3) {
     let toward = if up[2].abs() > 0.9 { [0.0, -1.0, 0.0] } else { [0.0, 0.0, 1.0] };
     let front = add_scaled(toward, -dot(toward, up), up);
     let front = normalized(front).unwrap_or([1.0, 0.0, 0.0]);
@@ -226,7 +226,10 @@ mod tests {
                         let camera = framing.fit(&bounds, f64::from(width) / f64::from(height)).unwrap();
                         let reach = reach(&camera, &bounds, width, height);
                         let most = reach.iter().fold(0.0f64, |m, &r| m.max(r));
-                        assert!(most < 0.94 + 1e-6 && (most > 0.94 - 1e-6 || angle == Some(100.0)), "{half:?} {up:?} {angle:?} {reach:?}");
+                        assert!(
+                            most < 0.94 + 1e-6 && (most > 0.94 - 1e-6 || angle == Some(100.0)),
+                            "{half:?} {up:?} {angle:?} {reach:?}"
+                        );
                         assert!((reach[0] - reach[1]).abs() < 1e-6 && (reach[2] - reach[3]).abs() < 1e-6, "{reach:?}");
                     }
                 }
