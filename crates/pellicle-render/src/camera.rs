@@ -158,7 +158,7 @@ pub(crate) fn half_tangent(angle: f64) -> f64 {
 }
 
 /// The front of a world with this up axis, and its right as seen from there.
-fn horizontal(up: Vec3) -> (Vec3, Vec3) {
+pub(crate) fn horizontal(up: Vec3) -> (Vec3, Vec3) {
     let toward = if up[2].abs() > 0.9 { [0.0, -1.0, 0.0] } else { [0.0, 0.0, 1.0] };
     let front = add_scaled(toward, -dot(toward, up), up);
     let front = normalized(front).unwrap_or([1.0, 0.0, 0.0]);

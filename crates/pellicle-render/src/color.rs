@@ -19,9 +19,9 @@ impl Color {
     /// Outsides, where both sides are told apart.
     pub const OUTSIDE: Self = Self([196, 202, 208]);
     /// Insides, where both sides are told apart: glaring, so that a hole cannot be missed.
-    pub const INSIDE: Self = Self([255, 40, 90]);
+    pub const INSIDE: Self = Self([226, 38, 84]);
     /// The default of spheres.
-    pub const GRAIN: Self = Self([92, 148, 206]);
+    pub const GRAIN: Self = Self([104, 166, 226]);
     /// Wires.
     pub const WIRE: Self = Self([22, 34, 54]);
     /// Values that are not a number.

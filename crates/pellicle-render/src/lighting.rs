@@ -56,6 +56,18 @@ pub(crate) fn lit(albedo: Light, finish: Finish, normal: [f32; 3], viewer: [f32;
     })
 }
 
+/// Directions and lights by name, for the shader of the page.
+pub(crate) const fn constants() -> [(&'static str, [f32; 3]); 6] {
+    [
+        ("KEY_DIRECTION", KEY.0),
+        ("KEY_LIGHT", KEY.1),
+        ("FILL_DIRECTION", FILL.0),
+        ("FILL_LIGHT", FILL.1),
+        ("SKY_LIGHT", SKY),
+        ("GROUND_LIGHT", GROUND),
+    ]
+}
+
 /// x⁴⁸.
 fn power_48(x: f32) -> f32 {
     let x2 = x * x;

@@ -146,15 +146,7 @@ fn check_radius(spheres: &Spheres<'_>) -> Result<(), Error> {
 impl<'a> Facets<'a> {
     fn new(surface: &'a Surface<'a>, view: &View) -> Result<Self, Error> {
         let mesh = surface.mesh;
-        let vertices = mesh.vertices.len();
-        let beyond = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= vertices);
-        if let Some(triangle) = mesh.triangles.par_iter().position_first(|t| beyond(t).is_some()) {
-            let vertex = beyond(&mesh.triangles[triangle]).unwrap_or_default();
-            return Err(Error::Vertex { triangle, vertex, vertices });
-        }
-        if !mesh.normals.is_empty() && mesh.normals.len() != vertices {
-            return Err(Error::Length { what: "normals".into(), found: mesh.normals.len(), expected: vertices });
-        }
+        check_mesh(mesh)?;
         if let Some(wire) = surface.wireframe {
             let must = "a finite number greater than 0";
             check_number("wireframe width", wire.width, wire.width.is_finite() && wire.width > 0.0, must)?;
@@ -196,8 +188,22 @@ fn check_number(name: &'static str, value: f64, holds: bool, must: &'static str)
     if holds { Ok(()) } else { Err(Error::Parameter { name, value, must }) }
 }
 
+/// Whether triangles name vertices that exist, and normals are one per vertex or none.
+pub(crate) fn check_mesh(mesh: &Mesh) -> Result<(), Error> {
+    let vertices = mesh.vertices.len();
+    let beyond = |t: &[u32; 3]| t.iter().copied().find(|&v| v as usize >= vertices);
+    if let Some(triangle) = mesh.triangles.par_iter().position_first(|t| beyond(t).is_some()) {
+        let vertex = beyond(&mesh.triangles[triangle]).unwrap_or_default();
+        return Err(Error::Vertex { triangle, vertex, vertices });
+    }
+    if !mesh.normals.is_empty() && mesh.normals.len() != vertices {
+        return Err(Error::Length { what: "normals".into(), found: mesh.normals.len(), expected: vertices });
+    }
+    Ok(())
+}
+
 /// Normals of the triangles around each vertex, each as long as its triangle is large.
-fn averaged(mesh: &Mesh) -> Vec<[f32; 3]> {
+pub(crate) fn averaged(mesh: &Mesh) -> Vec<[f32; 3]> {
     let mut normals = vec![[0.0f32; 3]; mesh.vertices.len()];
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize]);
