@@ -13,6 +13,7 @@ mod failure;
 mod interrupt;
 mod machine;
 mod resolve;
+mod sequence;
 mod spray;
 mod surface;
 mod target;
