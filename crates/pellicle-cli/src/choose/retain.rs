@@ -46,6 +46,9 @@ fn gather<T: Copy>(values: &[T], take: &[bool], each: usize) -> Vec<T> {
     rows.flat_map(|(row, _)| row).copied().collect()
 }
 
+/// Runs of fewer values are moved one by one: a call for each takes longer.
+const SHORT: usize = 32;
+
 /// Moves runs of kept rows to the front.
 fn compact<T: Copy>(values: &mut Vec<T>, keep: &[bool], each: usize) {
     let mut kept = 0;
@@ -55,7 +58,11 @@ fn compact<T: Copy>(values: &mut Vec<T>, keep: &[bool], each: usize) {
             // Cut short where there are fewer values than marks.
             let (start, end) = (row * each, ((row + run.len()) * each).min(values.len()));
             if start < end {
-                values.copy_within(start..end, kept);
+                if end - start < SHORT {
+                    (start..end).zip(kept..).for_each(|(from, to)| values[to] = values[from]);
+                } else {
+                    values.copy_within(start..end, kept);
+                }
                 kept += end - start;
             }
         }
@@ -89,6 +96,16 @@ mod tests {
         assert_eq!(particles, before);
         retain(&mut particles, &[false; 3]);
         assert_eq!((particles.positions.len(), particles.attributes[1].values.len()), (0, 0));
+    }
+
+    #[test]
+    fn runs_of_any_length_keep_their_values() {
+        for run in [1, 2, 31, 32, 33, 500] {
+            let mut values: Vec<usize> = (0..3000).collect();
+            let keep: Vec<bool> = (0..1000).map(|i| i / run % 2 == 1).collect();
+            compact(&mut values, &keep, 3);
+            assert!(values.iter().copied().eq((0..3000).filter(|v| keep[v / 3])), "{run}");
+        }
     }
 
     #[test]
