@@ -34,6 +34,7 @@ pub fn run(
             console.report(|| report(frame, "skipped"));
             return Ok(());
         }
+        plan.prepare(frame)?;
         let made = work(frame)?;
         interrupt::enter(Phase::Written);
         console.say(made.line);
@@ -52,7 +53,7 @@ pub fn run(
             reports.push(report(frame, "skipped"));
             console.detail(format_args!("{}: is there", frame.output.display()));
         } else {
-            match work(frame) {
+            match plan.prepare(frame).and_then(|()| work(frame)) {
                 Ok(made) => {
                     done += 1;
                     console.progress_line(&made.line);

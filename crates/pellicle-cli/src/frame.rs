@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use pellicle::{Error, Params, Reconstructor, infer_radius};
-use pellicle_io::{Particles, ReadOptions, read_particles};
+use pellicle::{Control, Error, Params, Reconstructor, infer_radius};
+use pellicle_io::{Particles, ReadOptions, WriteOptions, read_particles, write_particles};
 use serde_json::{Value, json};
 
 use crate::choose::Chosen;
@@ -85,7 +85,7 @@ impl Loaded {
 
     /// Warns of particles that were left out for being wrong, and tells how many were not chosen.
     pub fn tell_choice(&self, input: &Path, console: &Console) {
-        let Chosen { invalid, cropped, filtered, kept } = self.chosen;
+        let Chosen { dropped_invalid: invalid, cropped, filtered, kept } = self.chosen;
         if invalid > 0 {
             console.warn(format!(
                 "{}: {} left out, whose positions are not finite; {} stay",
@@ -118,7 +118,10 @@ impl Loaded {
             Params { particle_radius: radius.unwrap_or(job.params.particle_radius), max_memory, ..job.params.clone() };
         if let (Some(path), None) = (&frame.spray, self.sprayed) {
             self.clock.begin("spray");
-            self.sprayed = Some(spray::write(&mut self.particles, path, &params, &interrupt::TOKEN, &frame.input)?);
+            let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
+            let spray = spray::split(&mut self.particles, &params, &control, &frame.input)?;
+            write_particles(path, &spray, &WriteOptions { up: job.up, ..WriteOptions::default() })?;
+            self.sprayed = Some(spray.positions.len());
         }
         let target = Target::new(frame.output.clone())?;
         // A frame may be tried again with more memory: its particles come back.
@@ -215,7 +218,7 @@ impl Outcome {
             "png": frame.png.as_ref().map(|path| path.to_string_lossy()),
             "output_bytes": made.bytes,
             "particles": self.particles,
-            "particles_dropped": chosen.invalid,
+            "particles_dropped": chosen.dropped_invalid,
             "particles_cropped": chosen.cropped,
             "particles_filtered": chosen.filtered,
             "particles_sprayed": self.sprayed,

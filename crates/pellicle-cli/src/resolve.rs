@@ -8,10 +8,13 @@ use pellicle::{Band, Lanes, Params};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 
 use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
-use crate::choose::{Choice, Crop, Expression};
+use crate::choose::Choice;
+use crate::choose::crop::Crop;
+use crate::choose::expression::Expression;
 use crate::failure::Failure;
 use crate::machine;
-use crate::sequence::{Ranges, Shard};
+use crate::sequence::range::FrameRange;
+use crate::sequence::shard::Shard;
 
 /// All that `mesh` was asked to do, but for the list of frames.
 #[derive(Debug)]
@@ -52,7 +55,7 @@ pub struct Files {
     /// And more.
     pub spray: Option<PathBuf>,
     /// Which frames of a pattern.
-    pub ranges: Option<Ranges>,
+    pub frames: Option<FrameRange>,
     /// Which part of the frames is made here.
     pub shard: Option<Shard>,
 }
@@ -74,27 +77,26 @@ impl Files {
             extension,
             png: None,
             spray: None,
-            ranges: option("--frames", frames.frames.as_deref(), Ranges::parse)?,
-            shard: option("--shard", frames.shard.as_deref(), Shard::parse)?,
+            frames: option("--frames", frames.frames.as_deref(), FrameRange::parse)?,
+            shard: option("--shard", frames.shard.as_deref(), str::parse)?,
         })
     }
 }
 
 /// How to read and which particles, as meant.
 pub fn selection(args: &InputArgs, carry: AttributeChoice) -> Result<(ReadOptions, Choice), Failure> {
-    let condition = option("--where", args.condition.as_deref(), Expression::parse)?;
-    let crop = match args.crop.as_deref() {
-        Some([low, high]) => Some(Crop::parse(low, high).map_err(|error| Failure::Usage(format!("--crop: {error}")))?),
-        _ => None,
-    };
+    let filter = option("--where", args.condition.as_deref(), Expression::parse)?;
+    let crop = args.crop.as_deref().map(Crop::parse).transpose();
+    let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
+    let choice = Choice { scale: args.scale, drop_invalid: args.drop_invalid, crop, filter };
     let read = ReadOptions {
         attributes: carry,
-        also: condition.as_ref().map(Expression::names).unwrap_or_default(),
+        also: choice.names(),
         array: args.array.clone(),
         frame: args.step.unwrap_or(0),
         raw: args.raw.map_or(RawType::Auto, RawType::from),
     };
-    Ok((read, Choice { scale: args.scale, drop_invalid: args.drop_invalid, crop, condition }))
+    Ok((read, choice))
 }
 
 fn option<T, E: std::fmt::Display>(
@@ -220,9 +222,9 @@ mod tests {
             raw: RawType::F64,
         };
         assert_eq!(job.read, read);
-        assert!(job.choice.drop_invalid && job.choice.crop.is_some() && job.choice.condition.is_some());
+        assert!(job.choice.drop_invalid && job.choice.crop.is_some() && job.choice.filter.is_some());
         assert_eq!((job.choice.scale, job.up, job.watch, job.skip_existing), (Some(2.0), Up::Z, Some(7.0), true));
-        assert!(job.files.ranges.is_some() && job.files.shard.is_some());
+        assert!(job.files.frames.is_some() && job.files.shard.is_some());
         assert_eq!(job.files.png.as_deref(), Some(Path::new("p.png")));
         assert_eq!(job.files.spray.as_deref(), Some(Path::new("s.ply")));
     }

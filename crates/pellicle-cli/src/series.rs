@@ -52,6 +52,7 @@ struct Parcel {
 
 struct Series<'a> {
     job: &'a MeshJob,
+    plan: &'a Plan,
     console: &'a Console,
     /// One for the whole sequence, so that the surface does not breathe with what is inferred.
     radius: Option<f64>,
@@ -67,7 +68,7 @@ pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure>
     let meshing = machine::separate_pool(job.threads)?;
     let reading = machine::separate_pool(job.threads)?;
     let (radius, mut first) = common_radius(job, plan, &reading, console)?;
-    let series = Series { job, console, radius, memory: RwLock::new(()), endings: Mutex::default() };
+    let series = Series { job, plan, console, radius, memory: RwLock::new(()), endings: Mutex::default() };
     console.begin_progress(plan.frames.len());
     let (sender, receiver) = sync_channel(0);
     let receiver = Mutex::new(receiver);
@@ -75,7 +76,7 @@ pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure>
         for _ in 0..AT_ONCE {
             scope.spawn(|| series.mesh_all(&receiver, &meshing));
         }
-        series.read_all(plan, &mut first, sender, &reading);
+        series.read_all(&mut first, sender, &reading);
     });
     console.end_progress();
     let endings = series.endings.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -109,9 +110,9 @@ fn common_radius(
 
 impl Series<'_> {
     /// Reads frame after frame, in order, one ahead of the meshers.
-    fn read_all(&self, plan: &Plan, first: &mut Option<Loaded>, meshers: SyncSender<Parcel>, reading: &ThreadPool) {
-        let mut frames = plan.frames.clone();
-        let mut watch = self.job.watch.map(|patience| Watch::new(patience, &plan.frames));
+    fn read_all(&self, first: &mut Option<Loaded>, meshers: SyncSender<Parcel>, reading: &ThreadPool) {
+        let mut frames = self.plan.frames.clone();
+        let mut watch = self.job.watch.map(|patience| Watch::new(patience, &frames));
         loop {
             for frame in std::mem::take(&mut frames) {
                 if interrupt::is_asked() {
@@ -164,6 +165,7 @@ impl Series<'_> {
         pool: &ThreadPool,
     ) -> Result<Outcome, Failure> {
         interrupt::check()?;
+        self.plan.prepare(frame)?;
         Target::new(frame.output.clone())?.check()?;
         let radius = match self.radius {
             Some(radius) => Some(radius),

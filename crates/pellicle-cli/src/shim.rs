@@ -11,6 +11,10 @@ pub fn read_content(p: &Path, o: &ReadOptions) -> Result<Content, Error> {
 pub fn write_pvd(_: &Path, _: &[(f64, PathBuf)]) -> Result<(), Error> {
     Ok(())
 }
-pub fn page(_: &pellicle::Mesh, _: &str) -> Result<String, pellicle_render::Error> {
-    Ok(String::new())
+pub struct PvdEntry {
+    pub time: f64,
+    pub file: PathBuf,
+}
+pub fn read_pvd(_: &Path) -> Result<Vec<PvdEntry>, Error> {
+    Ok(Vec::new())
 }

@@ -3,7 +3,6 @@
 //!
 //! Its surface is its own, so without it the rest of the mesh is what it was. Its radius is the particle radius: half of the
 //! spacing at rest. (A lone particle's surface by the colour field is a sphere, too, of about the same size.)
-#![allow(dead_code, reason = "the commands take it up step by step")]
 
 use std::path::Path;
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use crate::console::Console;
 use crate::interrupt;
-use crate::plan::{self, Frame};
+use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::MeshJob;
 
 /// Time between two looks.
@@ -64,8 +64,8 @@ impl Watch {
                 }
                 std::thread::sleep(BLINK);
             }
-            let there = match plan::look(job) {
-                Ok(frames) => frames,
+            let there = match Plan::find(&job.files, Absent::Await) {
+                Ok((plan, _)) => plan.frames,
                 Err(failure) => {
                     console.warn(failure.to_string());
                     return None;

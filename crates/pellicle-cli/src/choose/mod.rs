@@ -5,7 +5,6 @@
 //! that refuses it. `index` in an expression is the number in the file, whatever else is left out.
 //!
 //! Marks are gathered first, one byte a particle, and applied at once, in place.
-#![allow(dead_code, reason = "the commands take it up step by step")]
 
 pub mod crop;
 pub mod expression;

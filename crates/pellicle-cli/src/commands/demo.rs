@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pellicle::{Params, Reconstructor};
 use pellicle_io::{PositionData, Up, WriteOptions, check_writable, write_file, write_mesh};
-use pellicle_render::{Framing, Image, Scene, Settings, draw};
+use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
 use pellicle_scenes::splash;
 use serde_json::json;
 
@@ -16,7 +16,6 @@ use crate::failure::Failure;
 use crate::interrupt::{self, Phase};
 use crate::machine;
 use crate::picture;
-use crate::shim::page;
 use crate::surface::{Order, make};
 use crate::target::Target;
 use crate::values::{show_bytes, show_many, show_number, show_vertices};
@@ -61,8 +60,9 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
         interrupt::check()?;
         let image = both(&cloud, &mesh, &params).map_err(|error| Failure::file(&png, error))?;
         picture::save(&image, &png)?;
-        let text = page(&mesh, "A splash, meshed by pellicle").map_err(|error| Failure::file(&html, error))?;
-        write_file(&html, text.as_bytes())?;
+        let text =
+            page(&mesh, &Page::new("A splash, meshed by pellicle")).map_err(|error| Failure::file(&html, error))?;
+        write_file(&html, &text)?;
         Ok(made)
     })?;
     interrupt::enter(Phase::Written);

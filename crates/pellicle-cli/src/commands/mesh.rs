@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::frame::load;
 use crate::interrupt::{self, Phase};
 use crate::machine;
-use crate::plan::{Frame, Plan};
+use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::MeshJob;
 use crate::series;
 use crate::target::Target;
@@ -20,10 +20,18 @@ pub fn run(args: &MeshArgs, console: &Console) -> Result<(), Failure> {
     let clock = StageClock::start();
     interrupt::listen();
     let job = MeshJob::resolve(args)?;
-    let plan = Plan::new(&job.files, console)?;
+    let absent = if job.watch.is_some() { Absent::Await } else { Absent::Refuse };
+    let plan = Plan::new(&job.files, absent, console)?;
+    // A name that cannot be written is known before the first frame is read.
+    for frame in plan.single.iter().chain(plan.frames.first()) {
+        Target::new(frame.output.clone())?;
+    }
     warn_of_coarse_cells(&job, console);
     match &plan.single {
-        Some(frame) => machine::thread_pool(job.threads)?.install(|| single(&job, frame, clock, console)),
+        Some(frame) => {
+            plan.prepare(frame)?;
+            machine::thread_pool(job.threads)?.install(|| single(&job, frame, clock, console))
+        }
         None => series::run(&job, &plan, console),
     }
 }

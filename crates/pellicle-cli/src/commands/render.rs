@@ -14,9 +14,9 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::machine;
 use crate::picture::{self, Subject};
-use crate::plan::{Frame, Plan};
+use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::{Files, selection};
-use crate::sequence::Pattern;
+use crate::sequence::pattern::Pattern;
 use crate::shim::{Content, read_content};
 
 /// All that `render` was asked to do, but for the list of frames.
@@ -35,7 +35,7 @@ pub fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
     let job = Job { args, read, choice, up: args.from.up.into() };
     let plan = match args.turntable {
         Some(count) => turntable(&files, count, console)?,
-        None => Plan::new(&files, console)?,
+        None => Plan::new(&files, Absent::Refuse, console)?,
     };
     for frame in plan.frames.iter().chain(&plan.single) {
         if !frame.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
@@ -110,20 +110,20 @@ fn turntable(files: &Files, count: u32, console: &Console) -> Result<Plan, Failu
         return Err(Failure::Usage("--turntable turns one file: name a single one".into()));
     };
     let output = files.output.clone().unwrap_or_else(|| turntable_output(input));
-    let Some(pattern) = Pattern::parse(&output) else {
+    let Some(pattern) = Pattern::parse(&output)? else {
         return Err(Failure::Usage(format!(
             "{}: --turntable makes {count} pictures: write the name with a place for their number, such as turn_####.png",
             output.display()
         )));
     };
     let single = Files { output: Some(pattern.name(1)), ..files.clone() };
-    let Some(frame) = Plan::new(&single, console)?.single else {
+    let plan = Plan::new(&single, Absent::Refuse, console)?;
+    let Some(frame) = &plan.single else {
         return Err(Failure::Usage("--turntable turns one file, not a sequence: name a single one".into()));
     };
-    let frames: Vec<Frame> = (1..=i64::from(count))
-        .map(|number| Frame { number: Some(number), output: pattern.name(number), ..frame.clone() })
-        .collect();
-    Ok(Plan { single: None, whole: vec![frame], frames, pattern: Some(pattern), pvd: None })
+    let turned = |number| Frame { number: Some(number), output: pattern.name(number), ..frame.clone() };
+    let frames = (1..=i64::from(count)).map(turned).collect();
+    Ok(plan.around(frames, pattern))
 }
 
 fn turntable_output(input: &Path) -> PathBuf {
@@ -136,10 +136,9 @@ fn film(plan: &Plan) -> Option<String> {
     let pattern = plan.pattern.as_ref()?;
     let first = plan.frames.first()?.number?;
     let film = plan.frames.first()?.output.with_file_name("film.mp4");
-    let pictures = pattern.printf();
     Some(format!(
         "ffmpeg -framerate 24 -start_number {first} -i '{}' -c:v libx264 -pix_fmt yuv420p '{}'",
-        pictures.display(),
+        pattern.printf(),
         film.display()
     ))
 }

@@ -83,6 +83,21 @@ impl Pattern {
         self.parts.iter().map(|part| part.name(number)).collect()
     }
 
+    /// As C and ffmpeg write it, with `%04d` for the number.
+    pub fn printf(&self) -> String {
+        let text = |text: &str| text.replace('%', "%%");
+        let piece = |piece: &Piece| match piece {
+            Piece::Text(plain) => text(plain),
+            Piece::Number { width: 0 | 1, .. } => "%d".to_owned(),
+            Piece::Number { width, .. } => format!("%0{width}d"),
+        };
+        let part = |part: &Part| match part {
+            Part::Plain(path) => text(&path.to_string_lossy()),
+            Part::Numbered(pieces) => pieces.iter().map(piece).collect(),
+        };
+        self.parts.iter().map(|p| PathBuf::from(part(p))).collect::<PathBuf>().to_string_lossy().into_owned()
+    }
+
     /// Every file that fits, with its number, in numeric order.
     ///
     /// # Errors
