@@ -280,6 +280,12 @@ mod tests {
                 assert_eq!(found, brute(view, 1.0, max_neighbors), "{reach} {offset} {max_neighbors}");
             }
         }
+        // Where a cell is a few steps of the numbers wide, and its edge is none of them.
+        for (reach, offset) in [(4.0, 1e15), (4.0, -7e14), (4.0, 2.3e15)] {
+            let positions = cloud(1500, reach, [offset; 3]);
+            let view = Positions::from(&positions);
+            assert_eq!(find(view, 0.3, 1), brute(view, 0.3, 1), "{offset}");
+        }
         let sparse = cloud(1500, 12.0, [0.0; 3]);
         let count = find((&sparse).into(), 1.0, 0).iter().filter(|&&i| i).count();
         assert!((1..1499).contains(&count), "both kinds were seen: {count}");

@@ -115,7 +115,7 @@ fn quoted(text: &str, at: usize, quote: char) -> Result<(Token, usize), Expressi
 }
 
 fn number(text: &str, at: usize) -> Result<(Token, usize), ExpressionError> {
-    let rest = text[at..].as_bytes();
+    let rest = &text.as_bytes()[at..];
     let digits = |from: usize| rest[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut length = digits(0);
     let mut is_whole = true;
