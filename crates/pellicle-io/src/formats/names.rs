@@ -25,7 +25,7 @@ pub(crate) struct Groups {
 pub(crate) fn canonical(name: &str, components: usize) -> String {
     let lower = name.to_ascii_lowercase();
     match (lower.as_str(), components) {
-        ("v" | "vel" | "velocity" | "velocities", 3) => "velocity".into(),
+        ("v" | "vel" | "velo" | "velocity" | "velocities", 3) => "velocity".into(),
         ("n" | "normal" | "normals", 3) => "normal".into(),
         ("cd" | "color" | "colour", 3 | 4) => "color".into(),
         ("pscale" | "radius", 1) => "radius".into(),

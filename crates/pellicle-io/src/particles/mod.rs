@@ -5,8 +5,10 @@
 
 pub(crate) mod bgeo;
 pub(crate) mod csv;
+pub(crate) mod lammps;
 pub(crate) mod npy;
 pub(crate) mod ply;
+pub(crate) mod text_xyz;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
 mod vtu_data;
@@ -168,6 +170,31 @@ pub enum RawType {
 }
 
 impl ReadOptions {
+    /// For a format that holds one set of particles, without a name: refuses what would choose among several.
+    pub(crate) fn single(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        self.refuse_array(path, format_name)?;
+        self.refuse_frame(path, format_name)
+    }
+
+    /// For a format that has no names for sets of particles.
+    pub(crate) fn refuse_array(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        let Some(array) = &self.array else { return Ok(()) };
+        let what = format!("there are no named arrays in {format_name}, so '{array}' cannot be chosen: leave it out");
+        Err(Error::Unsupported { path: path.into(), what })
+    }
+
+    /// For a format that holds one time step.
+    pub(crate) fn refuse_frame(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        if self.frame == 0 {
+            return Ok(());
+        }
+        let what = format!(
+            "{format_name} holds one time step, number 0, so number {} cannot be chosen: leave it out",
+            self.frame
+        );
+        Err(Error::Unsupported { path: path.into(), what })
+    }
+
     /// Whether the attribute is to be read that is `name` in memory and `original` in the file.
     pub(crate) fn wants(&self, name: &str, original: &str) -> bool {
         if self.also.iter().any(|n| n == name || n == original) {

@@ -51,17 +51,7 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
 
 fn read_in_place(source: &Source<'_>, scalar: Scalar, rows: usize) -> Result<PositionData, Error> {
     let (file, _) = source::open(source.path())?;
-    if scalar == Scalar::F32 {
-        return Ok(PositionData::F32(xyz::read_triples(source.path(), &file, source.offset(), rows)?));
-    }
-    let mut positions = vec![[0f64; 3]; rows];
-    xyz::read_parts(source.path(), &file, source.offset(), bytemuck::cast_slice_mut(&mut positions))?;
-    if cfg!(target_endian = "big") {
-        for value in positions.as_flattened_mut() {
-            *value = f64::from_bits(value.to_bits().swap_bytes());
-        }
-    }
-    Ok(PositionData::F64(positions))
+    xyz::read_positions(source.path(), &file, source.offset(), rows, scalar == Scalar::F64)
 }
 
 /// Reads an array in Fortran order: all x, then all y, and so on.
