@@ -364,6 +364,25 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Reads `count` records of `stride` bytes and hands them to `each` in runs.
+    pub(crate) fn raw_records(
+        &mut self,
+        stride: usize,
+        count: u64,
+        what: &str,
+        mut each: impl FnMut(&[u8]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.room(count, stride as u64, what)?;
+        let per_run = ((64 << 10) / stride.max(1)).max(1);
+        let mut left = count;
+        while left > 0 {
+            let run = left.min(per_run as u64) as usize;
+            each(self.exact(run * stride, what)?)?;
+            left -= run as u64;
+        }
+        Ok(())
+    }
+
     /// Reads `count` records of the numbers in `layout` and hands them to `each` in runs, as packed bytes.
     pub(crate) fn records(
         &mut self,

@@ -52,7 +52,7 @@ fn precision_and_integers_are_kept() {
 }
 
 /// Their first bytes tell nothing.
-const TEXTS_AND_RAW: [&str; 7] = [".xyz", ".f64", ".csv", ".txt", ".dat", ".gz", ".extxyz"];
+const TEXTS_AND_RAW: [&str; 8] = [".xyz", ".f64", ".csv", ".txt", ".dat", ".gz", ".extxyz", "members.json"];
 
 #[test]
 fn a_format_is_recognised_without_its_extension() {
@@ -84,8 +84,8 @@ fn what_is_not_read_is_told_with_a_way_out() {
         ("odd.f64", vec![0; 36], "24 bytes a position); it would be one of f32"),
         ("wrong.ply", b"\x93NUMPY\x01\x00 and so on".to_vec(), "rename it to .npy"),
         ("wrong.xyz", b"ply\nformat ascii 1.0\n".to_vec(), "rename it to .ply"),
-        ("structured.npy", npy("[('x', '<f4')]", "(8,)"), "structured array"),
-        ("integers.npy", npy("'<i4'", "(8, 3)"), "astype"),
+        ("structured.npy", npy("[('x', '<f4')]", "(8,)"), "no fields are named x, y, z or pos, but: x"),
+        ("complex.npy", npy("'<c8'", "(8, 3)"), "astype"),
         ("flat.npy", npy("'<f4'", "(24,)"), "N rows of at least 3 columns"),
         ("new.bgeo", b"\x7fNSJ\x00 and so on".to_vec(), "classic .bgeo"),
         (

@@ -33,6 +33,13 @@ pub(crate) fn canonical(name: &str, components: usize) -> String {
     }
 }
 
+/// Whether an array of three components by this name is the position.
+pub(crate) fn is_position(name: &str) -> bool {
+    const NAMES: [&str; 10] =
+        ["position", "positions", "pos", "posd", "points", "point", "coordinates", "coords", "xyz", "particles"];
+    NAMES.contains(&name.to_ascii_lowercase().as_str())
+}
+
 /// Finds out what the columns of a table (a PLY element, a CSV file) mean by their names.
 pub(crate) fn group(names: &[String]) -> Groups {
     let lower: Vec<String> = names.iter().map(|n| n.to_ascii_lowercase()).collect();

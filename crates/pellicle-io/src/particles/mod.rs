@@ -4,9 +4,14 @@
 //! Positions that are NaN or infinite are handed on as they are: what to do about them is not the reader's decision.
 
 pub(crate) mod bgeo;
+pub(crate) mod bi4;
 pub(crate) mod csv;
+pub(crate) mod json;
+mod json_nodes;
 pub(crate) mod lammps;
 pub(crate) mod npy;
+mod npy_header;
+pub(crate) mod npz;
 pub(crate) mod ply;
 pub(crate) mod text_xyz;
 pub(crate) mod vtk;

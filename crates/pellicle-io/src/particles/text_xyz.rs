@@ -131,7 +131,8 @@ fn extended(source: &Source<'_>, properties: &str, options: &ReadOptions) -> Res
             _ => return Err(source.fail(format!("'{name}' has the type '{kind}': R, I, L and S are known"))),
         };
         scalars.extend(std::iter::repeat_n(scalar, width));
-        if let (true, "R", Ok(position)) = (is_position(name), kind, <[usize; 3]>::try_from(columns.as_slice())) {
+        if let (true, "R", Ok(position)) = (names::is_position(name), kind, <[usize; 3]>::try_from(columns.as_slice()))
+        {
             groups.position = Some(position);
         } else if kind != "S" {
             groups.attributes.push(Group { name: names::canonical(name, width), original: name.into(), columns });
@@ -141,10 +142,6 @@ fn extended(source: &Source<'_>, properties: &str, options: &ReadOptions) -> Res
         return Err(source.fail(format!("the Properties '{properties}' have no pos:R:3")));
     };
     Rows::new(source.path(), Separator::Blank, &scalars, position, groups, options)
-}
-
-fn is_position(name: &str) -> bool {
-    ["pos", "position", "positions"].contains(&name.to_ascii_lowercase().as_str())
 }
 
 /// The value of `key=value` in a comment, without quotes.

@@ -3,6 +3,8 @@
 
 use std::io::Write;
 
+#[path = "array_samples.rs"]
+mod array_samples;
 #[path = "text_samples.rs"]
 mod text_samples;
 
@@ -380,5 +382,6 @@ pub fn all() -> Vec<Sample> {
     add("space.txt", false, csv("", "   ", false));
     add("plain.csv", false, csv("", ", ", false));
     samples.extend(text_samples::text());
+    samples.extend(array_samples::arrays());
     samples
 }
