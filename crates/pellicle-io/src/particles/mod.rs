@@ -236,8 +236,15 @@ impl ReadOptions {
 /// Reads the particles of a file. The format follows from the file's extension, or from its first bytes where the
 /// extension tells nothing.
 ///
-/// Read are: raw little-endian `f32` triples (`.xyz`, `.raw`), NumPy arrays (`.npy`), PLY, Houdini's classic BGEO,
-/// legacy VTK, VTU and VTP, CSV.
+/// Read are:
+/// - raw little-endian triples (`.xyz`, `.raw`, `.f32`; `.f64`);
+/// - text, plain or gzipped: tables (`.csv`, `.tsv`, `.txt`, `.dat`), XYZ and extended XYZ (`.xyz`, `.extxyz`; several
+///   frames), LAMMPS dumps (`.dump`, `.lammpstrj`; several frames), JSON (`.json`; parts by their path);
+/// - NumPy arrays (`.npy`) and archives (`.npz`; arrays by name);
+/// - PLY, Houdini's classic BGEO, legacy VTK, VTU and VTP, DualSPHysics' BI4.
+///
+/// [`ReadOptions::array`] and [`ReadOptions::frame`] choose where there are several; formats that hold one set of
+/// particles refuse both. Every text is kept in double precision.
 ///
 /// # Errors
 /// Whatever [`Error`] names except for its `Length` and `Sink`. Nothing that a file contains makes this panic, or use memory out of proportion to
