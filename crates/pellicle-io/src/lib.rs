@@ -38,6 +38,7 @@ mod formats;
 mod meshes;
 mod particles;
 mod positional;
+mod rows;
 mod scalar;
 mod source;
 mod table;

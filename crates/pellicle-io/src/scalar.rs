@@ -28,6 +28,7 @@ pub(crate) enum Scalar {
     U32,
     I64,
     U64,
+    F16,
     F32,
     F64,
 }
@@ -46,7 +47,7 @@ impl Scalar {
     pub(crate) fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I16 | Scalar::U16 | Scalar::F16 => 2,
             Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
             Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
         }
@@ -57,14 +58,14 @@ impl Scalar {
         match self {
             Scalar::I8 | Scalar::U8 | Scalar::I16 | Scalar::U16 | Scalar::I32 => Kind::I32,
             Scalar::U32 | Scalar::I64 | Scalar::U64 => Kind::I64,
-            Scalar::F32 => Kind::F32,
+            Scalar::F16 | Scalar::F32 => Kind::F32,
             Scalar::F64 => Kind::F64,
         }
     }
 
     /// Whether an `f32` holds every value of this type.
     pub(crate) fn fits_f32(self) -> bool {
-        matches!(self, Scalar::F32 | Scalar::I8 | Scalar::U8 | Scalar::I16 | Scalar::U16)
+        matches!(self, Scalar::F16 | Scalar::F32 | Scalar::I8 | Scalar::U8 | Scalar::I16 | Scalar::U16)
     }
 
     /// Reads a number written in decimals and appends its bytes, little-endian. `None` if it is no number, or one
@@ -72,6 +73,7 @@ impl Scalar {
     pub(crate) fn encode(self, token: &[u8], out: &mut Vec<u8>) -> Option<()> {
         let text = std::str::from_utf8(token).ok()?;
         match self {
+            Scalar::F16 => out.extend_from_slice(&half::f16::from_f32(text.parse::<f32>().ok()?).to_le_bytes()),
             Scalar::F32 => out.extend_from_slice(&text.parse::<f32>().ok()?.to_le_bytes()),
             Scalar::F64 => out.extend_from_slice(&text.parse::<f64>().ok()?.to_le_bytes()),
             Scalar::U64 => out.extend_from_slice(&text.parse::<u64>().ok()?.to_le_bytes()),
@@ -139,6 +141,30 @@ pub(crate) trait Sample: Copy {
     fn to_i64(self) -> i64;
     fn to_f32(self) -> f32;
     fn to_f64(self) -> f64;
+}
+
+impl Sample for half::f16 {
+    const SIZE: usize = 2;
+    #[inline(always)]
+    fn read(bytes: &[u8], endian: Endian) -> Self {
+        half::f16::from_bits(u16::read(bytes, endian))
+    }
+    #[inline(always)]
+    fn to_i32(self) -> i32 {
+        f32::from(self) as i32
+    }
+    #[inline(always)]
+    fn to_i64(self) -> i64 {
+        f32::from(self) as i64
+    }
+    #[inline(always)]
+    fn to_f32(self) -> f32 {
+        f32::from(self)
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
+    }
 }
 
 macro_rules! sample {
@@ -217,6 +243,7 @@ pub(crate) fn decode_component<D: Target>(
         Scalar::U32 => copy::<D, u32>,
         Scalar::I64 => copy::<D, i64>,
         Scalar::U64 => copy::<D, u64>,
+        Scalar::F16 => copy::<D, half::f16>,
         Scalar::F32 => copy::<D, f32>,
         Scalar::F64 => copy::<D, f64>,
     };

@@ -7,13 +7,16 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+use flate2::read::GzDecoder;
+
 use crate::error::{Error, Place};
+use crate::formats::detect::GZIP;
 use crate::scalar::{Encoding, Endian, Scalar};
 
 /// Bytes read at a time: few system calls, and still within the second level cache.
 const CAPACITY: usize = 256 << 10;
 /// Longest line that is taken for a line of text.
-const MAX_LINE: usize = 64 << 10;
+pub(crate) const MAX_LINE: usize = 64 << 10;
 /// Longest word that is taken for a number or a name.
 const MAX_TOKEN: usize = 4 << 10;
 /// Deflate cannot make data smaller than by this factor.
@@ -91,6 +94,28 @@ impl<'a> Source<'a> {
         Ok(Source::new(path, Input::File(file), 0, len, false))
     }
 
+    /// A text file from its start, which may be compressed by gzip; places are told as lines.
+    pub(crate) fn open_text(path: &Path) -> Result<Source<'static>, Error> {
+        let mut source = Source::open(path)?;
+        if source.peek(2)?.starts_with(&GZIP) {
+            let (file, len) = open(path)?;
+            source = Source::inflating(path, GzDecoder::new(file), inflated_limit(len));
+        }
+        source.set_text(true);
+        if source.peek(3)?.starts_with(b"\xef\xbb\xbf") {
+            source.advance(3);
+        }
+        Ok(source)
+    }
+
+    /// The `len` bytes of a file that begin at `offset`.
+    pub(crate) fn open_part(path: &Path, offset: u64, len: u64) -> Result<Source<'static>, Error> {
+        let (mut file, _) = open(path)?;
+        let fail = |source| Error::Read { path: path.into(), source };
+        file.seek(SeekFrom::Start(offset)).map_err(fail)?;
+        Ok(Source::new(path, Input::File(file), offset, offset.saturating_add(len), false))
+    }
+
     /// The content of a compressed file, of which `limit` bytes are read at most.
     pub(crate) fn inflating(path: &Path, stream: impl Read + 'a, limit: u64) -> Source<'a> {
         Source::new(path, Input::Stream(Box::new(stream)), 0, limit, true)
@@ -126,6 +151,29 @@ impl<'a> Source<'a> {
         self.is_text = is_text;
     }
 
+    /// Whether the bytes come out of a decompressor, so that [`remaining`](Self::remaining) is a bound only.
+    pub(crate) fn is_inflating(&self) -> bool {
+        self.is_inflating
+    }
+
+    /// Lets [`peek`](Self::peek) show up to `capacity` bytes.
+    pub(crate) fn widen(&mut self, capacity: usize) {
+        if self.buffer.len() < capacity {
+            self.buffer.resize(capacity, 0);
+        }
+    }
+
+    /// Consumes bytes that [`peek`](Self::peek) has shown and that hold `lines` complete lines.
+    pub(crate) fn advance_lines(&mut self, n: usize, lines: u64) {
+        self.advance(n);
+        self.lines += lines;
+    }
+
+    /// An error about the line that is `ahead` lines further, counted from 1.
+    pub(crate) fn fail_ahead(&self, ahead: u64, what: impl Into<String>) -> Error {
+        Error::Format { path: self.path.clone(), place: Place::Line(self.lines + ahead), what: what.into() }
+    }
+
     /// Bytes that may still come: exact for plain files, a bound for compressed ones.
     pub(crate) fn remaining(&self) -> u64 {
         self.limit.saturating_sub(self.offset)
@@ -155,7 +203,8 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// The next bytes, at least `n` of them unless the stream ends before; nothing is consumed. `n` is at most 128 KiB.
+    /// The next bytes, at least `n` of them unless the stream ends before; nothing is consumed. `n` is at most 128 KiB,
+    /// or what [`widen`](Self::widen) was told.
     pub(crate) fn peek(&mut self, n: usize) -> Result<&[u8], Error> {
         if self.end - self.start < n && self.start > 0 {
             self.buffer.copy_within(self.start..self.end, 0);
@@ -189,7 +238,7 @@ impl<'a> Source<'a> {
         Ok(&self.buffer[self.start - n..self.start])
     }
 
-    fn cut(&self, what: &str) -> Error {
+    pub(crate) fn cut(&self, what: &str) -> Error {
         self.fail(format!("the file ends within {what}: it seems to be cut short"))
     }
 
@@ -313,6 +362,25 @@ impl<'a> Source<'a> {
             Encoding::Ascii => 2 * layout.len() as u64,
             Encoding::Binary(_) => layout.iter().map(|s| s.size() as u64).sum(),
         }
+    }
+
+    /// Reads `count` records of `stride` bytes and hands them to `each` in runs.
+    pub(crate) fn raw_records(
+        &mut self,
+        stride: usize,
+        count: u64,
+        what: &str,
+        mut each: impl FnMut(&[u8]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.room(count, stride as u64, what)?;
+        let per_run = ((64 << 10) / stride.max(1)).max(1);
+        let mut left = count;
+        while left > 0 {
+            let run = left.min(per_run as u64) as usize;
+            each(self.exact(run * stride, what)?)?;
+            left -= run as u64;
+        }
+        Ok(())
     }
 
     /// Reads `count` records of the numbers in `layout` and hands them to `each` in runs, as packed bytes.

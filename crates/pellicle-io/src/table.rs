@@ -25,6 +25,15 @@ impl PositionData {
         }
     }
 
+    /// Fills up with zeros to `len` positions, unless there are as many already.
+    pub(crate) fn grow(&mut self, len: usize) {
+        match self {
+            PositionData::F32(out) if len > out.len() => out.resize(len, [0.0; 3]),
+            PositionData::F64(out) if len > out.len() => out.resize(len, [0.0; 3]),
+            _ => {}
+        }
+    }
+
     /// Appends one position per record.
     pub(crate) fn append(&mut self, records: Records<'_>, fields: &[Field; 3]) {
         match self {
@@ -66,6 +75,17 @@ impl AttributeValues {
         }
     }
 
+    /// A value in double precision; NaN beyond the end.
+    pub(crate) fn get_f64(&self, i: usize) -> f64 {
+        let value = match self {
+            AttributeValues::F32(values) => values.get(i).map(|&v| f64::from(v)),
+            AttributeValues::F64(values) => values.get(i).copied(),
+            AttributeValues::I32(values) => values.get(i).map(|&v| f64::from(v)),
+            AttributeValues::I64(values) => values.get(i).map(|&v| v as f64),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+
     /// Appends `fields.len()` values per record.
     pub(crate) fn append(&mut self, records: Records<'_>, fields: &[Field]) {
         fn grow<T: Clone + Default>(values: &mut Vec<T>, by: usize) -> &mut [T] {
@@ -103,6 +123,13 @@ impl AttributeValues {
         }
     }
 
+    /// Fills up with zeros to `len` values, unless there are as many already.
+    pub(crate) fn grow(&mut self, len: usize) {
+        if len > self.len() {
+            self.resize(len);
+        }
+    }
+
     /// Fills up with zeros.
     pub(crate) fn resize(&mut self, len: usize) {
         match self {
@@ -111,6 +138,32 @@ impl AttributeValues {
             AttributeValues::I32(values) => values.resize(len, 0),
             AttributeValues::I64(values) => values.resize(len, 0),
         }
+    }
+}
+
+/// Where the numbers of a record are.
+#[derive(Default)]
+pub(crate) struct Layout {
+    fields: Vec<Field>,
+    stride: usize,
+}
+
+impl Layout {
+    /// Adds a number behind what is there; returns its index.
+    pub(crate) fn push(&mut self, scalar: Scalar) -> usize {
+        self.fields.push(Field { offset: self.stride, scalar });
+        self.stride += scalar.size();
+        self.fields.len() - 1
+    }
+
+    /// Adds bytes that are passed over.
+    pub(crate) fn skip(&mut self, bytes: usize) {
+        self.stride += bytes;
+    }
+
+    /// Bytes of a record.
+    pub(crate) fn stride(&self) -> usize {
+        self.stride
     }
 }
 
@@ -139,13 +192,24 @@ impl Table {
         options: &ReadOptions,
         capacity: usize,
     ) -> Result<Table, Error> {
+        let mut packed = Layout::default();
+        layout.iter().for_each(|&scalar| {
+            packed.push(scalar);
+        });
+        Table::with_layout(path, &packed, position, groups, options, capacity)
+    }
+
+    /// A table for records in which not every byte is a number.
+    pub(crate) fn with_layout(
+        path: &Path,
+        layout: &Layout,
+        position: [usize; 3],
+        groups: &Groups,
+        options: &ReadOptions,
+        capacity: usize,
+    ) -> Result<Table, Error> {
         options.check(path, groups.attributes.iter().map(|g| (g.name.as_str(), g.original.as_str())))?;
-        let mut stride = 0;
-        let mut all = Vec::with_capacity(layout.len());
-        for &scalar in layout {
-            all.push(Field { offset: stride, scalar });
-            stride += scalar.size();
-        }
+        let (all, stride) = (&layout.fields, layout.stride);
         let position_fields = position.map(|i| all[i]);
         let mut columns = Vec::new();
         for group in groups.attributes.iter().filter(|g| options.wants(&g.name, &g.original)) {

@@ -51,7 +51,8 @@ fn files_cut_short_are_told_as_such() {
             let count = try_all(&path);
             // Formats that tell how many particles there are cannot give fewer; raw and CSV cannot know, and a VTU
             // cut after its first piece is not well-formed.
-            let tells_count = !["xyz", "csv", "txt", "obj"].iter().any(|extension| name.ends_with(extension));
+            let tells_count =
+                !["xyz", "csv", "txt", "obj", "f64", "dat"].iter().any(|extension| name.ends_with(extension));
             if tells_count && let Some(count) = count {
                 assert!(
                     count == COUNT || name.starts_with("mesh") && count == 30,
@@ -146,9 +147,11 @@ fn counts_that_lie_are_refused() {
         for name in ["little.ply", "ascii.ply", "big_lists.ply", "ascii_lists.ply"] {
             text(name, "element vertex ", "\n");
         }
-        for name in ["c3.npy", "c7_fortran.npy"] {
+        for name in ["c3.npy", "c7_fortran.npy", "structured.npy", "halves.npy", "stored.npz"] {
             text(name, "(", ",");
         }
+        text("classic.xyz", "", "\n");
+        text("usual.dump", "NUMBER OF ATOMS\n", "\n");
         for name in ["old.vtk", "old_ascii.vtk", "new.vtk", "new_ascii.vtk"] {
             text(name, "POINTS ", " ");
             text(name, "POINT_DATA ", "\n");
@@ -165,6 +168,12 @@ fn counts_that_lie_are_refused() {
             let bytes = replaced(&sample.bytes, from, format!("NumberOfPoints=\"{count}\"").as_bytes());
             assert!(try_all(&folder.write(sample.name, bytes)).is_none(), "{} with {count}", sample.name);
         }
+    }
+    for count in [0u32, 39, 41, 1 << 24, u32::MAX, -40i32 as u32] {
+        // The type, the count and the size of the positions.
+        let from = [[22, 0, 0, 0], [COUNT as u8, 0, 0, 0]].concat();
+        let bytes = replaced(sample("single.bi4"), &from, &[&from[..4], &count.to_le_bytes()].concat());
+        assert!(try_all(&folder.write("a.bi4", bytes)).is_none(), "BI4 with {count}");
     }
     for count in [41u32, 1 << 24, u32::MAX, -40i32 as u32] {
         let bytes = replaced(

@@ -31,7 +31,23 @@ fn lying_headers_and_bombs_cost_no_memory() {
     bomb.extend_from_slice(&[0; 28]);
     let zeros = vec![0u8; 1 << 20];
     let bomb = gzip(&[&[bomb.as_slice()], vec![zeros.as_slice(); 400].as_slice()].concat());
+    let npy = |shape: &str| {
+        let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}\n");
+        [b"\x93NUMPY\x01\x00".as_slice(), &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat()
+    };
+    // 400 MB of zeros again, as an array of an archive.
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    archive.start_file("pos.npy", zip::write::SimpleFileOptions::default()).expect("in memory");
+    archive.write_all(&npy("(34952533, 3)")).expect("in memory");
+    (0..400).for_each(|_| archive.write_all(&zeros).expect("in memory"));
+    let archive = archive.finish().expect("in memory").into_inner();
     drop(zeros);
+    let mut bi4 = b"#FileJBD".to_vec();
+    bi4.resize(64, b' ');
+    bi4[60..].copy_from_slice(&[0; 4]);
+    bi4.extend_from_slice(
+        b"\x7f\0\0\0\x06\0\0\0\nITEM\n\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0",
+    );
     let head = "element vertex";
     let xyz = "property float x\nproperty float y\nproperty float z\nend_header\n";
     let files: Vec<(&str, Vec<u8>)> = vec![
@@ -45,6 +61,17 @@ fn lying_headers_and_bombs_cost_no_memory() {
         ("c.bgeo", bomb),
         ("a.csv", [b"x,y,z\n1,2,3\n".as_slice(), &[b'1'; 100_000]].concat()),
         ("a.obj", vec![b'f'; 300_000]),
+        ("a.npy", npy(&format!("({count}, 3)"))),
+        ("b.npy", npy("(1152921504606846977, 4096)")),
+        ("a.npz", archive),
+        ("a.bi4", bi4),
+        ("a.xyz", format!("{count}\nProperties=pos:R:3\n0 0 0\n").into_bytes()),
+        ("b.xyz", b"2\nProperties=pos:R:3:a:R:4000:b:R:18446744073709551615\n0 0 0\n".to_vec()),
+        ("a.dump", format!("ITEM: NUMBER OF ATOMS\n{count}\nITEM: ATOMS x y z\n0 0 0\n").into_bytes()),
+        ("b.csv.gz", gzip(&[b"x,y,z\n", vec![b'1'; 300 << 20].as_slice()])),
+        ("a.json", vec![b'['; 1 << 20]),
+        ("b.json", [b"[{".as_slice(), &b"\"a\":[1,2,3],".repeat(100_000)].concat()),
+        ("c.json", [b"[{\"a\":[1,2,3,4,5,6,7,8,9]}".as_slice(), &b",{}".repeat(1 << 20), b"]"].concat()),
     ];
     // The first reading settles what the process needs anyway.
     let _ = read(&folder.write("first.ply", b"ply\n"));

@@ -14,7 +14,8 @@ pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
 pub(crate) fn particles(path: &Path) -> Result<&'static Row, Error> {
     let name = lower_name(path);
     refuse_known(path, &name)?;
-    let found = match catalog::by_name(&name) {
+    // Text may be compressed; the readers of other formats say that they cannot be.
+    let found = match catalog::by_name(&name).or_else(|| catalog::by_name(name.strip_suffix(".gz")?)) {
         Some(row) => Some(row),
         None => sniff(path)?.and_then(catalog::row),
     };
@@ -66,7 +67,6 @@ fn refuse_known(path: &Path, name: &str) -> Result<(), Error> {
         "pvtu" | "pvtp" | "vtm" | "pvd" | "series" => {
             ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists")
         }
-        "npz" => ("a NumPy archive", "save the array by itself as .npy"),
         _ => return Ok(()),
     };
     let what = format!("{what} is not read: {convert}");
@@ -78,7 +78,26 @@ fn sniff(path: &Path) -> Result<Option<Format>, Error> {
     let (file, _) = source::open(path)?;
     let mut head = Vec::with_capacity(64);
     file.take(64).read_to_end(&mut head).map_err(|source| Error::Read { path: path.into(), source })?;
-    Ok(by_content(&head))
+    Ok(by_content(&head).or_else(|| weakly(&head)))
+}
+
+/// Formats whose beginning is too common to doubt an extension because of it.
+fn weakly(head: &[u8]) -> Option<Format> {
+    let text = head.trim_ascii_start();
+    let of_table = |b: &u8| b.is_ascii_digit() || b" \t\r\n,;+-.eE".contains(b);
+    match text.first()? {
+        b'[' | b'{' if is_text(head) => Some(Format::Json),
+        _ if is_text(head) && head.iter().all(of_table) => Some(Format::TextXyz),
+        _ => None,
+    }
+}
+
+/// Whether the first bytes are lines of text with a number in them. A dozen random bytes look like this once in 10^6.
+pub(crate) fn is_text(head: &[u8]) -> bool {
+    let is_printable = |b: &u8| matches!(b, b' '..=b'~' | b'\t' | b'\r' | b'\n');
+    let separates = |b: &u8| matches!(b, b' ' | b'\t' | b'\n' | b',' | b';');
+    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    head.iter().all(is_printable) && head.iter().any(u8::is_ascii_digit) && head.iter().any(separates)
 }
 
 /// The format that begins with `head`.
@@ -94,6 +113,12 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
         Some(Format::Vtk)
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
         Some(Format::Vtu)
+    } else if begins(b"ITEM:") {
+        Some(Format::LammpsDump)
+    } else if begins(b"PK\x03\x04") || begins(b"PK\x05\x06") {
+        Some(Format::Npz)
+    } else if begins(b"#FileJBD ") {
+        Some(Format::Bi4)
     } else {
         None
     }
@@ -107,6 +132,9 @@ pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
         Some(Format::Bgeo) => "it begins like a BGEO or gzip file",
         Some(Format::Vtk) => "it begins like a legacy VTK file: rename it to .vtk",
         Some(Format::Vtu) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
+        Some(Format::LammpsDump) => "it begins like a LAMMPS dump: rename it to .dump",
+        Some(Format::Npz) => "it begins like a ZIP archive: rename it to .npz if it is NumPy's",
+        Some(Format::Bi4) => "it begins like DualSPHysics' data: rename it to .bi4",
         _ if head.is_empty() => "it is empty",
         _ => "it begins otherwise",
     };

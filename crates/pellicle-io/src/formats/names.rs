@@ -25,12 +25,19 @@ pub(crate) struct Groups {
 pub fn canonical(name: &str, components: usize) -> String {
     let lower = name.to_ascii_lowercase();
     match (lower.as_str(), components) {
-        ("v" | "vel" | "velocity" | "velocities", 3) => "velocity".into(),
+        ("v" | "vel" | "velo" | "velocity" | "velocities", 3) => "velocity".into(),
         ("n" | "normal" | "normals", 3) => "normal".into(),
         ("cd" | "color" | "colour", 3 | 4) => "color".into(),
         ("pscale" | "radius", 1) => "radius".into(),
         _ => name.into(),
     }
+}
+
+/// Whether an array of three components by this name is the position.
+pub(crate) fn is_position(name: &str) -> bool {
+    const NAMES: [&str; 10] =
+        ["position", "positions", "pos", "posd", "points", "point", "coordinates", "coords", "xyz", "particles"];
+    NAMES.contains(&name.to_ascii_lowercase().as_str())
 }
 
 /// Finds out what the columns of a table (a PLY element, a CSV file) mean by their names.

@@ -21,6 +21,7 @@ use crate::table::Table;
 /// Attributes that a file may declare, and numbers that one attribute may have: more is damage.
 const MAX_ATTRIBUTES: u32 = 4096;
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    options.single(path, "BGEO")?;
     let mut source = Source::open(path)?;
     if source.peek(2)?.starts_with(&GZIP) {
         let (file, len) = source::open(path)?;

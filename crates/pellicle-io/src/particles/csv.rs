@@ -1,69 +1,76 @@
 //! Tables in text: CSV and its relatives.
 //!
-//! The separator is the first of semicolon, tab, comma and space that occurs in the first row. If that row holds
-//! anything but numbers it names the columns: x, y, z in any case (or ParaView's `Points:0` and so on) are the
-//! position, vx, vy, vz the velocity. Without names the first three columns are the position, and the further ones
-//! `column3` and so on. Lines that begin with `#` are comments, except that the first may name the columns. A column
-//! that holds no number in its first row is passed over. Numbers are kept in double precision.
+//! The separator is the first of semicolon, tab, comma and blank that occurs in the first row; where it is not the
+//! comma, a comma is a decimal mark. If the first row holds anything but numbers it names the columns: x, y, z in any
+//! case (or ParaView's `Points:0` and so on) are the position, vx, vy, vz the velocity. Without names the first three
+//! columns are the position, and the further ones `column3` and so on. Lines that begin with `#` or `%` are comments,
+//! except that the first may name the columns. A column that holds no number in its first row is passed over; an empty
+//! field of an attribute is NaN. Numbers are kept in double precision. A file whose first row is one integer is XYZ.
+//!
+//! Source: RFC 4180 for commas and quotes; the rest is what spreadsheets, ParaView, pandas and numpy.savetxt write.
 
 use std::path::Path;
 
-use super::{Particles, ReadOptions};
+use super::{Particles, ReadOptions, text_xyz};
 use crate::error::Error;
-use crate::formats::names::{self, Groups};
-use crate::scalar::{Endian, Scalar};
+use crate::formats::names;
+use crate::rows::{Extent, MAX_COLUMNS, Rows, Separator, fields, is_comment, number};
+use crate::scalar::Scalar;
 use crate::source::Source;
-use crate::table::Table;
-
-/// Columns that a file may have.
-const MAX_COLUMNS: usize = 4096;
-/// Bytes of decoded rows that are handed on at a time.
-const RUN: usize = 64 << 10;
-
-/// How a row is cut into fields.
-#[derive(Clone, Copy, PartialEq)]
-enum Separator {
-    Byte(u8),
-    /// Any number of spaces and tabs.
-    Blank,
-}
 
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
-    let mut source = Source::open(path)?;
-    source.set_text(true);
-    if source.peek(3)?.starts_with(b"\xef\xbb\xbf") {
-        source.advance(3);
+    options.refuse_array(path, "text")?;
+    let mut source = Source::open_text(path)?;
+    let Some(row) = first_row(&mut source)? else {
+        options.refuse_frame(path, "an empty file")?;
+        return empty(path, options);
+    };
+    if let Some(count) = text_xyz::count(&row) {
+        return text_xyz::read_frames(&mut source, count, options);
     }
-    let Some(mut row) = first_row(&mut source)? else { return empty(path, options) };
-    let separator = separator(&row);
-    let mut names = None;
-    if !is_numeric(&row, separator) {
-        names = Some(column_names(&source, &row, separator)?);
-        let Some(next) = next_row(&mut source)? else {
-            return named_but_empty(&source, path, options, names.as_deref());
-        };
-        row = next;
+    options.refuse_frame(path, "a table of text")?;
+    read_table(&mut source, row, options)
+}
+
+fn read_table(source: &mut Source<'_>, first: Vec<u8>, options: &ReadOptions) -> Result<Particles, Error> {
+    let path = source.path().to_owned();
+    let separator = separator(&first);
+    if is_numeric(&first, separator) {
+        let rows = rows(source, &first, separator, None, options)?;
+        return read_rows(source, &rows, &first, &path, options);
     }
-    let reader = RowReader::new(&source, &row, separator, names, options)?;
-    reader.read(&mut source, path, &row, options)
+    let names = column_names(source, &first, separator)?;
+    let Some(row) = next_row(source)? else {
+        let groups = names::group(&names);
+        let scalars = vec![Scalar::F64; names.len()];
+        let position = groups.position.ok_or_else(|| no_position(source, &names))?;
+        return Ok(Rows::new(&path, separator, &scalars, position, groups, options)?
+            .table(&path, options, 0)?
+            .finish());
+    };
+    let rows = rows(source, &row, separator, Some(names), options)?;
+    read_rows(source, &rows, &row, &path, options)
+}
+
+fn read_rows(
+    source: &mut Source<'_>,
+    rows: &Rows,
+    first: &[u8],
+    path: &Path,
+    options: &ReadOptions,
+) -> Result<Particles, Error> {
+    // The first row tells about how many will follow; short ones may come, so this is no more than a start.
+    let mut table = rows.table(path, options, rows.estimate(source, first))?;
+    rows.append_one(source, first, &mut table)?;
+    rows.read(source, Extent::ToEnd, &mut table)?;
+    Ok(table.finish())
 }
 
 /// A file without rows holds no particles.
 fn empty(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
-    let none = Groups { position: Some([0, 1, 2]), attributes: Vec::new() };
-    Ok(Table::new(path, &[Scalar::F64; 3], [0, 1, 2], &none, options, 0)?.finish())
-}
-
-fn named_but_empty(
-    source: &Source<'_>,
-    path: &Path,
-    options: &ReadOptions,
-    names: Option<&[String]>,
-) -> Result<Particles, Error> {
-    let names = names.unwrap_or_default();
-    let groups = names::group(names);
-    let position = groups.position.ok_or_else(|| no_position(source, names))?;
-    Ok(Table::new(path, &vec![Scalar::F64; names.len()], position, &groups, options, 0)?.finish())
+    let none = names::group(&["x", "y", "z"].map(String::from));
+    let rows = Rows::new(path, Separator::Blank, &[Scalar::F64; 3], [0, 1, 2], none, options)?;
+    Ok(rows.table(path, options, 0)?.finish())
 }
 
 fn no_position(source: &Source<'_>, names: &[String]) -> Error {
@@ -77,14 +84,14 @@ fn first_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
         if line.contains(&0) {
             return Err(source.fail("there are zero bytes: this is not text"));
         }
-        let Some(comment) = line.strip_prefix(b"#") else {
-            if line.is_empty() {
-                continue;
-            }
+        if line.is_empty() {
+            continue;
+        }
+        if !is_comment(line) {
             return Ok(Some(line.to_vec()));
-        };
-        let comment = comment.trim_ascii();
-        let names: Vec<String> = fields(comment, separator(comment)).map(name).collect();
+        }
+        let comment = line[1..].trim_ascii();
+        let names: Vec<String> = fields(comment, separator(comment)).take(MAX_COLUMNS).map(name).collect();
         if names::group(&names).position.is_some() {
             return Ok(Some(comment.to_vec()));
         }
@@ -96,7 +103,7 @@ fn first_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
 fn next_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
     while let Some(line) = source.line()? {
         let line = line.trim_ascii();
-        if !line.is_empty() && !line.starts_with(b"#") {
+        if !line.is_empty() && !is_comment(line) {
             return Ok(Some(line.to_vec()));
         }
     }
@@ -104,46 +111,24 @@ fn next_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn separator(row: &[u8]) -> Separator {
-    for byte in [b';', b'\t', b','] {
-        if row.contains(&byte) {
-            return Separator::Byte(byte);
+    let found = [b';', b'\t', b','].into_iter().find(|byte| row.contains(byte));
+    // Blanks and tabs may be mixed, unless the blanks belong to names.
+    let has_blanks = |field: &[u8]| field.iter().any(u8::is_ascii_whitespace);
+    match found {
+        Some(b'\t') if fields(row, Separator::Byte(b'\t')).any(has_blanks) && is_numeric(row, Separator::Blank) => {
+            Separator::Blank
         }
+        Some(byte) => Separator::Byte(byte),
+        None => Separator::Blank,
     }
-    Separator::Blank
 }
 
-/// Cuts a row at its separators. A field in quotes may contain them.
-fn fields(row: &[u8], separator: Separator) -> impl Iterator<Item = &[u8]> {
-    let mut rest = Some(row);
-    std::iter::from_fn(move || {
-        let text = match separator {
-            Separator::Byte(_) => rest.take()?,
-            Separator::Blank => Some(rest.take()?.trim_ascii_start()).filter(|text| !text.is_empty())?,
-        };
-        let quoted = match text.trim_ascii_start().first() {
-            Some(b'"') => {
-                let open = text.iter().position(|&b| b == b'"').unwrap_or(0);
-                text[open + 1..].iter().position(|&b| b == b'"').map_or(0, |close| open + 1 + close)
-            }
-            _ => 0,
-        };
-        let ends = |&b: &u8| match separator {
-            Separator::Byte(byte) => b == byte,
-            Separator::Blank => b.is_ascii_whitespace(),
-        };
-        let length = text[quoted..].iter().position(ends).map(|at| quoted + at);
-        rest = length.map(|at| &text[at + 1..]);
-        let field = text[..length.unwrap_or(text.len())].trim_ascii();
-        Some(field.strip_prefix(b"\"").and_then(|f| f.strip_suffix(b"\"")).unwrap_or(field))
-    })
-}
-
-fn number(field: &[u8]) -> Option<f64> {
-    std::str::from_utf8(field).ok()?.trim().parse().ok()
+fn is_number(field: &[u8], separator: Separator) -> bool {
+    field.is_empty() || number(field, separator).is_some()
 }
 
 fn is_numeric(row: &[u8], separator: Separator) -> bool {
-    fields(row, separator).all(|field| field.is_empty() || number(field).is_some())
+    fields(row, separator).all(|field| is_number(field, separator))
 }
 
 fn name(field: &[u8]) -> String {
@@ -151,7 +136,9 @@ fn name(field: &[u8]) -> String {
 }
 
 fn column_names(source: &Source<'_>, row: &[u8], separator: Separator) -> Result<Vec<String>, Error> {
-    let names: Vec<String> = fields(row, separator).map(name).collect();
+    let named = fields(row, separator).map(name).enumerate();
+    // Indices that pandas writes have no name.
+    let names: Vec<String> = named.map(|(i, name)| if name.is_empty() { format!("column{i}") } else { name }).collect();
     if names.len() > MAX_COLUMNS {
         return Err(source.fail(format!("{} columns: the limit is {MAX_COLUMNS}", names.len())));
     }
@@ -161,105 +148,42 @@ fn column_names(source: &Source<'_>, row: &[u8], separator: Separator) -> Result
     Ok(names)
 }
 
-/// Turns rows into packed records of the columns that are kept.
-struct RowReader {
+/// `row` is the first one with numbers; a column without one there is no column of numbers.
+fn rows(
+    source: &Source<'_>,
+    row: &[u8],
     separator: Separator,
-    columns: usize,
-    /// Whether each column of the file is kept.
-    is_kept: Vec<bool>,
-    /// What the kept columns mean.
-    groups: Groups,
+    names: Option<Vec<String>>,
+    options: &ReadOptions,
+) -> Result<Rows, Error> {
+    let is_number: Vec<bool> = fields(row, separator).map(|field| is_number(field, separator)).collect();
+    let columns = names.as_ref().map_or(is_number.len(), Vec::len);
+    if !(3..=MAX_COLUMNS).contains(&columns) {
+        return Err(source.fail(format!("{columns} columns: a position takes three")));
+    }
+    let names = names.unwrap_or_else(|| {
+        ["x", "y", "z"].map(String::from).into_iter().chain((3..columns).map(|i| format!("column{i}"))).collect()
+    });
+    let usable: Vec<usize> = (0..columns).filter(|&i| is_number.get(i).copied().unwrap_or(false)).collect();
+    rows_of(source, separator, &names, &vec![Scalar::F64; columns], &usable, options)
 }
 
-impl RowReader {
-    /// `row` is the first one with numbers; a column without one there is no column of numbers.
-    fn new(
-        source: &Source<'_>,
-        row: &[u8],
-        separator: Separator,
-        names: Option<Vec<String>>,
-        options: &ReadOptions,
-    ) -> Result<RowReader, Error> {
-        let is_number: Vec<bool> = fields(row, separator).map(|f| f.is_empty() || number(f).is_some()).collect();
-        let columns = names.as_ref().map_or(is_number.len(), Vec::len);
-        if !(3..=MAX_COLUMNS).contains(&columns) {
-            return Err(source.fail(format!("{columns} columns: a position takes three")));
-        }
-        let names = names.unwrap_or_else(|| {
-            ["x", "y", "z"].map(String::from).into_iter().chain((3..columns).map(|i| format!("column{i}"))).collect()
-        });
-        let usable: Vec<usize> = (0..columns).filter(|&i| is_number.get(i).copied().unwrap_or(false)).collect();
-        let usable_names: Vec<String> = usable.iter().map(|&i| names[i].clone()).collect();
-        let mut groups = names::group(&usable_names);
-        let Some(position) = groups.position else {
-            return Err(source.fail("the columns of the position do not hold numbers"));
-        };
-        options.check(source.path(), groups.attributes.iter().map(|g| (g.name.as_str(), g.original.as_str())))?;
-        groups.attributes.retain(|g| options.wants(&g.name, &g.original));
-        let mut is_kept = vec![false; columns];
-        for &i in position.iter().chain(groups.attributes.iter().flat_map(|g| &g.columns)) {
-            is_kept[usable[i]] = true;
-        }
-        // From the number among the usable columns to the number among the kept ones.
-        let kept: Vec<usize> = (0..columns).filter(|&i| is_kept[i]).collect();
-        let renumber = |i: usize| kept.binary_search(&usable[i]).unwrap_or(0);
-        groups.position = Some(position.map(renumber));
-        for column in groups.attributes.iter_mut().flat_map(|g| &mut g.columns) {
-            *column = renumber(*column);
-        }
-        Ok(RowReader { separator, columns, is_kept, groups })
+/// Rows of columns with names, of which only those in `usable` hold numbers.
+pub(super) fn rows_of(
+    source: &Source<'_>,
+    separator: Separator,
+    names: &[String],
+    scalars: &[Scalar],
+    usable: &[usize],
+    options: &ReadOptions,
+) -> Result<Rows, Error> {
+    let usable_names: Vec<String> = usable.iter().map(|&i| names[i].clone()).collect();
+    let mut groups = names::group(&usable_names);
+    let Some(position) = groups.position else {
+        return Err(source.fail("the columns of the position do not hold numbers"));
+    };
+    for column in groups.attributes.iter_mut().flat_map(|g| &mut g.columns) {
+        *column = usable[*column];
     }
-
-    fn read(
-        &self,
-        source: &mut Source<'_>,
-        path: &Path,
-        first: &[u8],
-        options: &ReadOptions,
-    ) -> Result<Particles, Error> {
-        let kept = self.is_kept.iter().filter(|&&kept| kept).count();
-        let layout = vec![Scalar::F64; kept];
-        let position = self.groups.position.unwrap_or([0, 1, 2]);
-        // The first row tells about how many will follow; short ones may come, so this is no more than a start.
-        let rows = source.remaining() / (first.len() as u64 + 1).max(12 * kept as u64) + 1;
-        let mut table = Table::new(path, &layout, position, &self.groups, options, source.room(rows, 1, "rows")?)?;
-        let mut run = Vec::with_capacity(RUN + 8 * kept);
-        self.append(first, &mut run).map_err(|what| source.fail(what))?;
-        while let Some(line) = source.line()? {
-            let line = line.trim_ascii();
-            if line.is_empty() || line.starts_with(b"#") {
-                continue;
-            }
-            if let Err(what) = self.append(line, &mut run) {
-                return Err(source.fail(what));
-            }
-            if run.len() >= RUN {
-                table.append(&run, Endian::Little);
-                run.clear();
-            }
-        }
-        table.append(&run, Endian::Little);
-        Ok(table.finish())
-    }
-
-    /// Appends the record of a row, or tells what is wrong with it.
-    fn append(&self, row: &[u8], run: &mut Vec<u8>) -> Result<(), String> {
-        let mut count = 0;
-        for field in fields(row, self.separator) {
-            if self.is_kept.get(count).copied().unwrap_or(false) {
-                let Some(value) = number(field) else {
-                    let field: String = String::from_utf8_lossy(field).chars().take(40).collect();
-                    return Err(format!("'{field}' in column {} is not a number", count + 1));
-                };
-                run.extend_from_slice(&value.to_le_bytes());
-            }
-            count += 1;
-        }
-        // Some programs end every row with a separator.
-        let is_ended = count == self.columns + 1 && fields(row, self.separator).last().is_some_and(<[u8]>::is_empty);
-        if count == self.columns || is_ended {
-            return Ok(());
-        }
-        Err(format!("{count} columns, where {} were expected", self.columns))
-    }
+    Rows::new(source.path(), separator, scalars, position.map(|i| usable[i]), groups, options)
 }

@@ -4,9 +4,16 @@
 //! Positions that are NaN or infinite are handed on as they are: what to do about them is not the reader's decision.
 
 pub(crate) mod bgeo;
+pub(crate) mod bi4;
 pub(crate) mod csv;
+pub(crate) mod json;
+mod json_nodes;
+pub(crate) mod lammps;
 pub(crate) mod npy;
+mod npy_header;
+pub(crate) mod npz;
 pub(crate) mod ply;
+pub(crate) mod text_xyz;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
 mod vtu_data;
@@ -189,6 +196,31 @@ pub enum RawType {
 }
 
 impl ReadOptions {
+    /// For a format that holds one set of particles, without a name: refuses what would choose among several.
+    pub(crate) fn single(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        self.refuse_array(path, format_name)?;
+        self.refuse_frame(path, format_name)
+    }
+
+    /// For a format that has no names for sets of particles.
+    pub(crate) fn refuse_array(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        let Some(array) = &self.array else { return Ok(()) };
+        let what = format!("there are no named arrays in {format_name}, so '{array}' cannot be chosen: leave it out");
+        Err(Error::Unsupported { path: path.into(), what })
+    }
+
+    /// For a format that holds one time step.
+    pub(crate) fn refuse_frame(&self, path: &Path, format_name: &str) -> Result<(), Error> {
+        if self.frame == 0 {
+            return Ok(());
+        }
+        let what = format!(
+            "{format_name} holds one time step, number 0, so number {} cannot be chosen: leave it out",
+            self.frame
+        );
+        Err(Error::Unsupported { path: path.into(), what })
+    }
+
     /// Whether the attribute is to be read that is `name` in memory and `original` in the file.
     pub(crate) fn wants(&self, name: &str, original: &str) -> bool {
         if self.also.iter().any(|n| n == name || n == original) {
@@ -225,8 +257,15 @@ impl ReadOptions {
 /// Reads the particles of a file. The format follows from the file's extension, or from its first bytes where the
 /// extension tells nothing.
 ///
-/// Read are: raw little-endian `f32` triples (`.xyz`, `.raw`), NumPy arrays (`.npy`), PLY, Houdini's classic BGEO,
-/// legacy VTK, VTU and VTP, CSV.
+/// Read are:
+/// - raw little-endian triples (`.xyz`, `.raw`, `.f32`; `.f64`);
+/// - text, plain or gzipped: tables (`.csv`, `.tsv`, `.txt`, `.dat`), XYZ and extended XYZ (`.xyz`, `.extxyz`; several
+///   frames), LAMMPS dumps (`.dump`, `.lammpstrj`; several frames), JSON (`.json`; parts by their path);
+/// - NumPy arrays (`.npy`) and archives (`.npz`; arrays by name);
+/// - PLY, Houdini's classic BGEO, legacy VTK, VTU and VTP, DualSPHysics' BI4.
+///
+/// [`ReadOptions::array`] and [`ReadOptions::frame`] choose where there are several; formats that hold one set of
+/// particles refuse both. Every text is kept in double precision.
 ///
 /// # Errors
 /// Whatever [`Error`] names except for its `Length` and `Sink`. Nothing that a file contains makes this panic, or use memory out of proportion to

@@ -10,6 +10,7 @@ use crate::source::Source;
 use crate::table::Table;
 
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    options.single(path, "PLY")?;
     let mut source = Source::open(path)?;
     let header = ply::read_header(&mut source)?;
     let Some(at) = header.elements.iter().position(|e| e.name == "vertex") else {

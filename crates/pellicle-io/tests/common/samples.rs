@@ -3,6 +3,11 @@
 
 use std::io::Write;
 
+#[path = "array_samples.rs"]
+mod array_samples;
+#[path = "text_samples.rs"]
+mod text_samples;
+
 /// A file and what it holds besides positions.
 pub struct Sample {
     pub name: &'static str,
@@ -338,6 +343,7 @@ pub fn all() -> Vec<Sample> {
     let mut samples = Vec::new();
     let mut add = |name, has_attributes, bytes| samples.push(Sample { name, bytes, has_attributes });
     add("raw.xyz", false, (0..COUNT).flat_map(|i| array(position(i).into_iter(), false, Little)).collect());
+    add("raw.f64", false, (0..COUNT).flat_map(|i| array(position(i).into_iter(), true, Little)).collect());
     add("c3.npy", false, npy("<f4", false, 3, Little));
     add("c3_double.npy", false, npy("<f8", false, 3, Little));
     add("c3_big.npy", false, npy(">f4", false, 3, Big));
@@ -375,5 +381,7 @@ pub fn all() -> Vec<Sample> {
     add("tab.csv", true, csv("# by a program\n\n# x\ty\tz\tvx\tvy\tvz\tdensity\n", "\t", true));
     add("space.txt", false, csv("", "   ", false));
     add("plain.csv", false, csv("", ", ", false));
+    samples.extend(text_samples::text());
+    samples.extend(array_samples::arrays());
     samples
 }
