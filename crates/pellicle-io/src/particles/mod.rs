@@ -9,8 +9,6 @@ pub(crate) mod npy;
 pub(crate) mod ply;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
-mod vtu_data;
-mod vtu_markup;
 pub(crate) mod xyz;
 
 use std::borrow::Cow;
