@@ -88,20 +88,15 @@ impl<'a> Source<'a> {
     /// A file from its start.
     pub(crate) fn open(path: &Path) -> Result<Source<'static>, Error> {
         let (file, len) = open(path)?;
-        Ok(Source::new(path, Input::File(file), 0, len, false))
+        Ok(Source::new(path, Input::File(file), len, false))
     }
 
     /// The content of a compressed file, of which `limit` bytes are read at most.
     pub(crate) fn inflating(path: &Path, stream: impl Read + 'a, limit: u64) -> Source<'a> {
-        Source::new(path, Input::Stream(Box::new(stream)), 0, limit, true)
+        Source::new(path, Input::Stream(Box::new(stream)), limit, true)
     }
 
-    /// A part of a file that is in memory or decoded on the fly: `len` bytes that begin at byte `offset` of the file.
-    pub(crate) fn part(path: &Path, stream: impl Read + 'a, offset: u64, len: u64, is_inflating: bool) -> Source<'a> {
-        Source::new(path, Input::Stream(Box::new(stream)), offset, offset.saturating_add(len), is_inflating)
-    }
-
-    fn new(path: &Path, input: Input<'a>, offset: u64, limit: u64, is_inflating: bool) -> Source<'a> {
+    fn new(path: &Path, input: Input<'a>, limit: u64, is_inflating: bool) -> Source<'a> {
         let buffer = vec![0; CAPACITY];
         Source {
             path: path.into(),
@@ -109,7 +104,7 @@ impl<'a> Source<'a> {
             buffer,
             start: 0,
             end: 0,
-            offset,
+            offset: 0,
             lines: 0,
             is_text: false,
             limit,

@@ -63,9 +63,7 @@ fn refuse_known(path: &Path, name: &str) -> Result<(), Error> {
         "usd" | "usda" | "usdc" | "usdz" => ("USD", "export the points as .ply, .bgeo or .npy"),
         "vdb" => ("OpenVDB", "export the points as .ply, .bgeo or .npy"),
         "h5" | "hdf5" | "hdf" => ("HDF5", "write the positions as .npy, for example by numpy and h5py"),
-        "pvtu" | "pvtp" | "vtm" | "pvd" | "series" => {
-            ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists")
-        }
+        "vtm" | "series" => ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists"),
         "npz" => ("a NumPy archive", "save the array by itself as .npy"),
         _ => return Ok(()),
     };
@@ -93,7 +91,9 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
     } else if begins(b"# vtk DataFile") {
         Some(Format::Vtk)
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
-        Some(Format::Vtu)
+        let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
+        let is_list = has(b"\"Collection") || has(b"\"PUnstructuredGrid") || has(b"\"PPolyData");
+        Some(if is_list { Format::Pvd } else { Format::Vtu })
     } else {
         None
     }
@@ -106,7 +106,7 @@ pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
         Some(Format::Npy) => "it begins like a NumPy array: rename it to .npy",
         Some(Format::Bgeo) => "it begins like a BGEO or gzip file",
         Some(Format::Vtk) => "it begins like a legacy VTK file: rename it to .vtk",
-        Some(Format::Vtu) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
+        Some(Format::Vtu | Format::Pvd) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
         _ if head.is_empty() => "it is empty",
         _ => "it begins otherwise",
     };

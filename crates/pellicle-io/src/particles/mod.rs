@@ -5,8 +5,10 @@
 
 pub(crate) mod bgeo;
 pub(crate) mod csv;
+mod join;
 pub(crate) mod npy;
 pub(crate) mod ply;
+pub(crate) mod pvd;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
 pub(crate) mod xyz;
@@ -19,6 +21,8 @@ use pellicle::Positions;
 use crate::error::Error;
 use crate::formats::detect;
 use crate::meshes::WriteOptions;
+
+pub use pvd::{PvdEntry, read_pvd};
 
 /// Positions as the file has them.
 #[derive(Debug, Clone, PartialEq)]
