@@ -200,7 +200,7 @@ pub(crate) static CATALOG: &[Row] = &[
         format: Format::Hdf5,
         name: "HDF5",
         extensions: &["h5", "hdf5", "hdf", "vtkhdf"],
-        read_particles: None,
+        read_particles: Some(particles::hdf5::read),
         write_particles: None,
         read_mesh: None,
         write_mesh: None,

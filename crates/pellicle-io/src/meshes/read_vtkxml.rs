@@ -41,13 +41,7 @@ struct Points {
 }
 
 /// Adds the cells of a piece, all of `kind` or of the kinds that the file tells.
-fn add(
-    file: &XmlFile,
-    arrays: &CellArrays,
-    kind: Option<i64>,
-    points: Points,
-    cells: &mut Cells,
-) -> Result<(), Error> {
+fn add(file: &XmlFile, arrays: &CellArrays, kind: Option<i64>, points: Points, cells: &mut Cells) -> Result<(), Error> {
     if arrays.count == 0 {
         return Ok(());
     }

@@ -106,14 +106,10 @@ mod tests {
     fn parts_are_joined_in_order_with_what_all_of_them_have() {
         let single = PositionData::F32(vec![[1.0, 2.0, 3.0]]);
         let double = PositionData::F64(vec![[4.0, 5.0, 6.0]]);
-        let first = part(
-            single.clone(),
-            &[("id", AttributeValues::I32(vec![7])), ("own", AttributeValues::F32(vec![1.0]))],
-        );
-        let second = part(
-            double,
-            &[("mass", AttributeValues::F32(vec![0.5])), ("id", AttributeValues::I64(vec![1 << 40]))],
-        );
+        let first =
+            part(single.clone(), &[("id", AttributeValues::I32(vec![7])), ("own", AttributeValues::F32(vec![1.0]))]);
+        let second =
+            part(double, &[("mass", AttributeValues::F32(vec![0.5])), ("id", AttributeValues::I64(vec![1 << 40]))]);
         let none = part(PositionData::F64(Vec::new()), &[]);
         let joined = join(vec![none.clone(), first.clone(), none, second]);
         assert_eq!(joined.positions, PositionData::F64(vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]));

@@ -5,6 +5,7 @@
 
 pub(crate) mod bgeo;
 pub(crate) mod csv;
+pub(crate) mod hdf5;
 mod join;
 pub(crate) mod npy;
 pub(crate) mod ply;

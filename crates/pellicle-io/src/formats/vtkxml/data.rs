@@ -82,8 +82,9 @@ impl<'a> Data<'a> {
             }
             return Ok(data);
         }
-        let size = usize::try_from(u128::from(values) * scalar.size() as u128)
-            .map_err(|_| data.fail(format!("the array '{name}' must have {values} numbers, which do not fit into memory")))?;
+        let size = usize::try_from(u128::from(values) * scalar.size() as u128).map_err(|_| {
+            data.fail(format!("the array '{name}' must have {values} numbers, which do not fit into memory"))
+        })?;
         let reader = if is_base64 { Reader::Base64(Base64::new(part)) } else { Reader::Raw(part) };
         let sizes = Sizes { data: &data, document, reader };
         data.layout = match document.compressor {
