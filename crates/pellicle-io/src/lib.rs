@@ -51,6 +51,6 @@ pub use meshes::{
     remove_temporaries, write_file, write_mesh,
 };
 pub use particles::{
-    AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, RawType, ReadOptions, read_particles,
-    write_particles,
+    AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, PvdEntry, RawType, ReadOptions,
+    read_particles, read_pvd, write_particles,
 };

@@ -121,11 +121,6 @@ impl<'a> Source<'a> {
         Source::new(path, Input::Stream(Box::new(stream)), 0, limit, true)
     }
 
-    /// A part of a file that is in memory or decoded on the fly: `len` bytes that begin at byte `offset` of the file.
-    pub(crate) fn part(path: &Path, stream: impl Read + 'a, offset: u64, len: u64, is_inflating: bool) -> Source<'a> {
-        Source::new(path, Input::Stream(Box::new(stream)), offset, offset.saturating_add(len), is_inflating)
-    }
-
     fn new(path: &Path, input: Input<'a>, offset: u64, limit: u64, is_inflating: bool) -> Source<'a> {
         let buffer = vec![0; CAPACITY];
         Source {

@@ -204,7 +204,7 @@ fn show_point(p: [f64; 3]) -> String {
 /// Whether the file may be a mesh at all, so that others are not read for nothing.
 fn may_hold_mesh(path: &Path) -> bool {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    matches!(extension.as_deref(), Some("ply" | "obj" | "vtk"))
+    matches!(extension.as_deref(), Some("ply" | "obj" | "vtk" | "vtu" | "vtp"))
 }
 
 /// Box around the positions that are finite.

@@ -63,10 +63,7 @@ fn refuse_known(path: &Path, name: &str) -> Result<(), Error> {
         "abc" => ("Alembic", "export the points as .ply, .bgeo or .npy"),
         "usd" | "usda" | "usdc" | "usdz" => ("USD", "export the points as .ply, .bgeo or .npy"),
         "vdb" => ("OpenVDB", "export the points as .ply, .bgeo or .npy"),
-        "h5" | "hdf5" | "hdf" => ("HDF5", "write the positions as .npy, for example by numpy and h5py"),
-        "pvtu" | "pvtp" | "vtm" | "pvd" | "series" => {
-            ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists")
-        }
+        "vtm" | "series" => ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists"),
         _ => return Ok(()),
     };
     let what = format!("{what} is not read: {convert}");
@@ -109,10 +106,14 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
         Some(Format::Npy)
     } else if begins(b"Bgeo") || begins(&GZIP) {
         Some(Format::Bgeo)
+    } else if begins(b"\x89HDF\r\n\x1a\n") {
+        Some(Format::Hdf5)
     } else if begins(b"# vtk DataFile") {
         Some(Format::Vtk)
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
-        Some(Format::Vtu)
+        let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
+        let is_list = has(b"\"Collection") || has(b"\"PUnstructuredGrid") || has(b"\"PPolyData");
+        Some(if is_list { Format::Pvd } else { Format::Vtu })
     } else if begins(b"ITEM:") {
         Some(Format::LammpsDump)
     } else if begins(b"PK\x03\x04") || begins(b"PK\x05\x06") {
@@ -129,9 +130,10 @@ pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
     let found = match by_content(head) {
         Some(Format::Ply) => "it begins like a PLY file: rename it to .ply",
         Some(Format::Npy) => "it begins like a NumPy array: rename it to .npy",
+        Some(Format::Hdf5) => "it begins like an HDF5 file: rename it to .h5",
         Some(Format::Bgeo) => "it begins like a BGEO or gzip file",
         Some(Format::Vtk) => "it begins like a legacy VTK file: rename it to .vtk",
-        Some(Format::Vtu) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
+        Some(Format::Vtu | Format::Pvd) => "it begins like an XML file: rename it to .vtu or .vtp if it is VTK's",
         Some(Format::LammpsDump) => "it begins like a LAMMPS dump: rename it to .dump",
         Some(Format::Npz) => "it begins like a ZIP archive: rename it to .npz if it is NumPy's",
         Some(Format::Bi4) => "it begins like DualSPHysics' data: rename it to .bi4",
@@ -150,7 +152,7 @@ mod tests {
         let format = |name| particles(Path::new(name)).ok().map(|row| row.format);
         assert_eq!(format("a/B.XYZ"), Some(Format::RawXyz));
         assert_eq!(format("a.bgeo.gz"), Some(Format::Bgeo));
-        for name in ["a.bgeo.sc", "a.geo", "a.abc", "a.usdc", "a.vdb", "a.h5"] {
+        for name in ["a.bgeo.sc", "a.geo", "a.abc", "a.usdc", "a.vdb"] {
             let message = particles(Path::new(name)).expect_err(name).to_string();
             assert!(
                 message.contains("is not read") && message.contains(".npy") | message.contains(".ply"),

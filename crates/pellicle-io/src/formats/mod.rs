@@ -5,3 +5,4 @@ pub(crate) mod detect;
 pub(crate) mod names;
 pub(crate) mod ply;
 pub(crate) mod vtk;
+pub(crate) mod vtkxml;

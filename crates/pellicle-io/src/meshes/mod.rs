@@ -4,9 +4,11 @@
 //! the final name is always whole. The bytes depend on nothing but the mesh and the options.
 
 mod assemble;
+mod cells;
 pub(crate) mod read_obj;
 pub(crate) mod read_ply;
 pub(crate) mod read_vtk;
+pub(crate) mod read_vtkxml;
 mod temporary;
 pub(crate) mod write_obj;
 pub(crate) mod write_ply;

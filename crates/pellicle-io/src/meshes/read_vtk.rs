@@ -1,15 +1,15 @@
-//! Legacy VTK meshes in: the polygons of a POLYDATA, or the plane cells of an UNSTRUCTURED_GRID.
+//! Legacy VTK meshes in: the polygons and triangle strips of a POLYDATA, or the plane cells of an UNSTRUCTURED_GRID.
 
 use std::path::Path;
 
 use pellicle::Mesh;
 
-use super::assemble::{self, push_polygon};
+use super::assemble;
+use super::cells::{self, Cells};
 use crate::error::Error;
-use crate::formats::vtk::{CellKind, Cells, Reader, Section};
+use crate::formats::vtk::{CellKind, Reader, Section};
 use crate::particles::vtk::{read_array, read_points};
 use crate::particles::{AttributeChoice, Particles, PositionData, ReadOptions};
-use crate::source::Source;
 
 pub(crate) fn read(path: &Path) -> Result<Mesh, Error> {
     let mut reader = Reader::open(path)?;
@@ -20,49 +20,74 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Error> {
     }
     let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
     let mut positions: Option<PositionData> = None;
-    let (mut attributes, mut names, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut attributes, mut names, mut cells, mut mixed) = (Vec::new(), Vec::new(), Cells::new(), Mixed::default());
     while let Some(section) = reader.next()? {
         let points = positions.as_ref().map(PositionData::len);
+        let vertices = points.unwrap_or(0) as u64;
         match section {
             Section::Points { .. } if points.is_some() => {
                 return Err(reader.source().fail("there are POINTS a second time"));
             }
             Section::Points { count, scalar } => positions = Some(read_points(&mut reader, count, scalar)?),
-            Section::Cells(cells) => read_faces(&mut reader, cells, points.unwrap_or(0) as u64, &mut triangles)?,
-            Section::CellTypes { count } => reader.read_cell_types(count, check_type)?,
+            Section::Cells(list) => {
+                let kind = match list.kind {
+                    CellKind::Vertices | CellKind::Lines => {
+                        reader.skip_cells(list)?;
+                        continue;
+                    }
+                    CellKind::Polygons => cells::POLYGON,
+                    CellKind::Strips => cells::STRIP,
+                    CellKind::Mixed => {
+                        reader.read_cells(list, |_, corners| {
+                            mixed.push(corners);
+                            Ok(())
+                        })?;
+                        continue;
+                    }
+                };
+                reader.read_cells(list, |source, corners| {
+                    cells.push(kind, corners, vertices).map_err(|what| source.fail(what))
+                })?;
+            }
+            Section::CellTypes { count } => {
+                if count != mixed.ends.len() as u64 {
+                    let what = format!("there are {count} CELL_TYPES for {} CELLS", mixed.ends.len());
+                    return Err(reader.source().fail(what));
+                }
+                let mut lists = mixed.lists();
+                reader.read_cell_types(count, |source, kind| {
+                    let corners = lists.next().unwrap_or_default();
+                    cells.push(kind, corners, vertices).map_err(|what| source.fail(what))
+                })?;
+            }
             Section::Array(array) => {
                 attributes.extend(read_array(&mut reader, &array, points, &options, &mut names)?);
             }
         }
     }
     let Some(positions) = positions else { return Err(reader.source().fail("there are no POINTS")) };
-    Ok(assemble::mesh(Particles { positions, attributes }, triangles))
+    if let Some(what) = cells.refusal() {
+        return Err(reader.source().unsupported(what));
+    }
+    Ok(assemble::mesh(Particles { positions, attributes }, cells.triangles))
 }
 
-fn read_faces(reader: &mut Reader, cells: Cells, vertices: u64, triangles: &mut Vec<[u32; 3]>) -> Result<(), Error> {
-    match cells.kind {
-        CellKind::Vertices | CellKind::Lines => reader.skip_cells(cells),
-        CellKind::Strips => {
-            let what = "the triangles are in strips, which are not read: triangulate the mesh before saving it";
-            Err(reader.source().unsupported(what))
-        }
-        CellKind::Polygons => reader.read_cells(cells, |source, corners| {
-            push_polygon(triangles, corners, vertices).map_err(|what| source.fail(what))
-        }),
-        // Points and lines among the cells bound no surface.
-        CellKind::Mixed => reader.read_cells(cells, |source, corners| match corners.len() {
-            0..3 => Ok(()),
-            _ => push_polygon(triangles, corners, vertices).map_err(|what| source.fail(what)),
-        }),
-    }
+/// Cells of an unstructured grid, whose types are told after them.
+#[derive(Default)]
+struct Mixed {
+    corners: Vec<i64>,
+    /// Where each cell's corners end.
+    ends: Vec<usize>,
 }
 
-/// Refuses cells that are no polygons. The numbers are those of `vtkCellType.h`.
-fn check_type(source: &Source<'_>, kind: i64) -> Result<(), Error> {
-    const PLANE: [i64; 8] = [0, 1, 2, 3, 4, 5, 7, 9];
-    if PLANE.contains(&kind) {
-        return Ok(());
+impl Mixed {
+    fn push(&mut self, corners: &[i64]) {
+        self.corners.extend_from_slice(corners);
+        self.ends.push(self.corners.len());
     }
-    Err(source
-        .unsupported(format!("there are cells of type {kind}: points, lines, triangles, quads and polygons are read")))
+
+    fn lists(&self) -> impl Iterator<Item = &[i64]> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.corners[start..end])
+    }
 }

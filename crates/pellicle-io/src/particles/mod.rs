@@ -6,6 +6,8 @@
 pub(crate) mod bgeo;
 pub(crate) mod bi4;
 pub(crate) mod csv;
+pub(crate) mod hdf5;
+mod join;
 pub(crate) mod json;
 mod json_nodes;
 pub(crate) mod lammps;
@@ -13,11 +15,10 @@ pub(crate) mod npy;
 mod npy_header;
 pub(crate) mod npz;
 pub(crate) mod ply;
+pub(crate) mod pvd;
 pub(crate) mod text_xyz;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
-mod vtu_data;
-mod vtu_markup;
 pub(crate) mod xyz;
 
 use std::borrow::Cow;
@@ -28,6 +29,8 @@ use pellicle::Positions;
 use crate::error::Error;
 use crate::formats::detect;
 use crate::meshes::WriteOptions;
+
+pub use pvd::{PvdEntry, read_pvd};
 
 /// Positions as the file has them.
 #[derive(Debug, Clone, PartialEq)]

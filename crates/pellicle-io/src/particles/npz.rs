@@ -199,7 +199,7 @@ impl Archive {
             }
             _ => {
                 let limit = file.size().min(source::inflated_limit(self.len));
-                read(&mut Source::part(&self.path, file, 0, limit, true))
+                read(&mut Source::inflating(&self.path, file, limit))
             }
         };
         result.map_err(|error| match error {

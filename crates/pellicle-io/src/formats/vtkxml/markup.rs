@@ -1,4 +1,4 @@
-//! The markup of a VTK XML file: which arrays there are, and where in the file their data lie. No data are read here.
+//! Reads the markup of a VTK XML file into a [`Document`]. No data are read here.
 
 use std::ops::Range;
 use std::path::Path;
@@ -7,68 +7,35 @@ use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use super::document::{Appended, Compressor, DataArray, Document, Kind, Listed, Location, Piece};
 use crate::error::{Error, Place};
 use crate::scalar::{Endian, Scalar};
-
-/// Where an array's data lie.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Location {
-    /// Decimal numbers between the tags.
-    Text(Range<usize>),
-    /// Base64 between the tags.
-    Base64(Range<usize>),
-    /// In the appended data, this far from their start.
-    Appended(u64),
-}
-
-/// An array as its tag describes it.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct DataArray {
-    pub(super) name: String,
-    /// `None` for strings and bits.
-    pub(super) scalar: Option<Scalar>,
-    pub(super) components: usize,
-    pub(super) location: Location,
-}
-
-/// A part of the particles.
-#[derive(Debug, Default)]
-pub(super) struct Piece {
-    pub(super) count: u64,
-    pub(super) positions: Option<DataArray>,
-    pub(super) attributes: Vec<DataArray>,
-}
-
-/// The appended data.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Appended {
-    /// Place of the first byte after the underscore.
-    pub(super) start: usize,
-    pub(super) is_base64: bool,
-}
-
-/// What the markup says.
-#[derive(Debug)]
-pub(super) struct Document {
-    pub(super) endian: Endian,
-    /// Type of the sizes that stand before binary data.
-    pub(super) header: Scalar,
-    pub(super) is_compressed: bool,
-    pub(super) pieces: Vec<Piece>,
-    pub(super) appended: Option<Appended>,
-}
 
 /// Which element the arrays to come belong to.
 #[derive(Clone, Copy, PartialEq)]
 enum Section {
     Points,
     PointData,
+    Cells,
+    Strips,
     Other,
+}
+
+impl Section {
+    fn of(tag: &str) -> Section {
+        match tag {
+            "Points" => Section::Points,
+            "PointData" => Section::PointData,
+            "Cells" | "Polys" => Section::Cells,
+            "Strips" => Section::Strips,
+            _ => Section::Other,
+        }
+    }
 }
 
 /// Components of an array, at most.
 const MAX_COMPONENTS: u64 = 4096;
-/// Pieces, and arrays in all of them, at most: what describes them is larger than their tags.
+/// Pieces, arrays in all of them, and files that are listed, at most: what describes them is larger than their tags.
 const MAX_ENTRIES: usize = 1 << 16;
 
 struct Parser<'a> {
@@ -83,12 +50,14 @@ struct Parser<'a> {
 }
 
 /// Reads the markup of a file.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<Document, Error> {
+pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Document, Error> {
     let document = Document {
+        kind: Kind::UnstructuredGrid,
         endian: Endian::Little,
         header: Scalar::U32,
-        is_compressed: false,
+        compressor: None,
         pieces: Vec::new(),
+        listed: Vec::new(),
         appended: None,
     };
     let reader = Reader::from_reader(bytes);
@@ -110,7 +79,7 @@ impl Parser<'_> {
             Event::Empty(tag) => self.start(&tag, true),
             Event::End(tag) => {
                 self.is_closed |= tag.local_name().as_ref() == "VTKFile";
-                if matches!(tag.local_name().as_ref(), "Points" | "PointData") {
+                if Section::of(tag.local_name().as_ref()) != Section::Other {
                     self.section = Section::Other;
                 }
                 Ok(true)
@@ -124,15 +93,11 @@ impl Parser<'_> {
     fn start(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<bool, Error> {
         match tag.local_name().as_ref() {
             "VTKFile" => self.file(tag)?,
-            "Piece" => {
-                self.enter()?;
-                let count = self.attribute(tag, "NumberOfPoints")?.unwrap_or_else(|| "0".into());
-                let count =
-                    count.trim().parse().map_err(|_| self.fail(format!("'{count}' is not a number of points")))?;
-                self.document.pieces.push(Piece { count, ..Piece::default() });
+            "Piece" => self.piece(tag)?,
+            "DataSet" => self.listed(tag)?,
+            "Points" | "PointData" | "Cells" | "Polys" | "Strips" if !is_empty => {
+                self.section = Section::of(tag.local_name().as_ref());
             }
-            "Points" if !is_empty => self.section = Section::Points,
-            "PointData" if !is_empty => self.section = Section::PointData,
             "DataArray" => self.array(tag, is_empty)?,
             "AppendedData" if !is_empty => {
                 self.appended(tag)?;
@@ -149,15 +114,21 @@ impl Parser<'_> {
         if self.entries <= MAX_ENTRIES {
             return Ok(());
         }
-        Err(self.fail(format!("more than {MAX_ENTRIES} pieces and arrays: join the pieces into larger ones")))
+        Err(self.fail(format!("more than {MAX_ENTRIES} pieces, arrays and files: join the pieces into larger ones")))
     }
 
     fn file(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
         let kind = self.attribute(tag, "type")?.unwrap_or_default();
-        if !matches!(kind.as_str(), "UnstructuredGrid" | "PolyData") {
-            let what = format!("a VTK file of type '{kind}': particles are read from UnstructuredGrid and PolyData");
-            return Err(Error::Unsupported { path: self.path.into(), what });
-        }
+        self.document.kind = match kind.as_str() {
+            "UnstructuredGrid" => Kind::UnstructuredGrid,
+            "PolyData" => Kind::PolyData,
+            "Collection" => Kind::Collection,
+            "PUnstructuredGrid" | "PPolyData" => Kind::Parallel,
+            _ => {
+                let what = format!("a VTK file of type '{kind}': only UnstructuredGrid and PolyData are read");
+                return Err(Error::Unsupported { path: self.path.into(), what });
+            }
+        };
         if let Some(order) = self.attribute(tag, "byte_order")? {
             self.document.endian = match order.as_str() {
                 "LittleEndian" => Endian::Little,
@@ -174,26 +145,61 @@ impl Parser<'_> {
         }
         match self.attribute(tag, "compressor")?.as_deref() {
             None | Some("") => {}
-            Some("vtkZLibDataCompressor") => self.document.is_compressed = true,
+            Some("vtkZLibDataCompressor") => self.document.compressor = Some(Compressor::Zlib),
+            Some("vtkLZ4DataCompressor") => self.document.compressor = Some(Compressor::Lz4),
+            Some("vtkLZMADataCompressor") => self.document.compressor = Some(Compressor::Lzma),
             Some(other) => {
-                let what =
-                    format!("the compression '{other}' is not read: write the file with zlib or without compression");
+                let what = format!(
+                    "the compression '{other}' is not read: write the file with zlib, LZ4 or LZMA, or without compression"
+                );
                 return Err(Error::Unsupported { path: self.path.into(), what });
             }
         }
         Ok(())
     }
 
+    fn piece(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
+        self.enter()?;
+        if let Some(file) = self.attribute(tag, "Source")? {
+            self.document.listed.push(Listed { file: file.into(), time: 0.0, part: String::new() });
+            return Ok(());
+        }
+        let mut piece = Piece { count: self.count(tag, "NumberOfPoints")?, ..Piece::default() };
+        let cells = if self.document.kind == Kind::PolyData { "NumberOfPolys" } else { "NumberOfCells" };
+        piece.cells.count = self.count(tag, cells)?;
+        piece.strips.count = self.count(tag, "NumberOfStrips")?;
+        self.document.pieces.push(piece);
+        Ok(())
+    }
+
+    /// A number of things; 0 where it is not told.
+    fn count(&self, tag: &BytesStart<'_>, name: &str) -> Result<u64, Error> {
+        let Some(count) = self.attribute(tag, name)? else { return Ok(0) };
+        count.trim().parse().map_err(|_| self.fail(format!("'{count}' is not a count, in {name}")))
+    }
+
+    /// A file of a Collection.
+    fn listed(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
+        self.enter()?;
+        if self.document.kind != Kind::Collection {
+            return Ok(());
+        }
+        let Some(file) = self.attribute(tag, "file")? else {
+            return Err(self.fail("a DataSet names no file"));
+        };
+        let time = self.attribute(tag, "timestep")?.unwrap_or_else(|| "0".into());
+        let Some(time) = time.trim().parse::<f64>().ok().filter(|time| !time.is_nan()) else {
+            return Err(self.fail(format!("the time step '{time}' is not a number")));
+        };
+        let part = self.attribute(tag, "part")?.unwrap_or_default();
+        self.document.listed.push(Listed { file: file.into(), time, part });
+        Ok(())
+    }
+
     fn array(&mut self, tag: &BytesStart<'_>, is_empty: bool) -> Result<(), Error> {
         let format = self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into());
         let end = self.reader.buffer_position() as usize;
-        let content = if is_empty {
-            end..end
-        } else {
-            let span =
-                self.reader.read_to_end(tag.name()).map_err(|error| self.fail(format!("damaged XML: {error}")))?;
-            span.start as usize..span.end as usize
-        };
+        let content = if is_empty { end..end } else { self.content()? };
         if self.section == Section::Other {
             return Ok(());
         }
@@ -221,11 +227,46 @@ impl Parser<'_> {
         };
         let section = self.section;
         let Some(piece) = self.document.pieces.last_mut() else { return Err(self.fail("an array outside of a Piece")) };
-        match section {
-            Section::Points => piece.positions = Some(array),
-            _ => piece.attributes.push(array),
+        let cells = match section {
+            Section::Points => {
+                piece.positions = Some(array);
+                return Ok(());
+            }
+            Section::Cells => &mut piece.cells,
+            Section::Strips => &mut piece.strips,
+            _ => {
+                piece.attributes.push(array);
+                return Ok(());
+            }
+        };
+        match array.name.as_str() {
+            "connectivity" => cells.connectivity = Some(array),
+            "offsets" => cells.offsets = Some(array),
+            "types" => cells.types = Some(array),
+            // Faces of polyhedra, which are refused by their types.
+            _ => {}
         }
         Ok(())
+    }
+
+    /// The data between the tags of an array: its first text. What VTK knows about the array stands beside it, as
+    /// elements of their own.
+    fn content(&mut self) -> Result<Range<usize>, Error> {
+        let (mut depth, mut found) = (0u32, None);
+        loop {
+            let from = self.reader.buffer_position() as usize;
+            let event = self.reader.read_event().map_err(|error| self.fail(format!("damaged XML: {error}")))?;
+            match event {
+                Event::Start(_) => depth += 1,
+                Event::End(_) if depth == 0 => return Ok(found.unwrap_or(from..from)),
+                Event::End(_) => depth -= 1,
+                Event::Text(text) if depth == 0 && found.is_none() && !text.trim_ascii().is_empty() => {
+                    found = Some(from..self.reader.buffer_position() as usize);
+                }
+                Event::Eof => return Err(self.fail("the file ends within an array: it seems to be cut short")),
+                _ => {}
+            }
+        }
     }
 
     fn appended(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
