@@ -18,7 +18,7 @@ use pellicle::Mesh;
 
 use crate::camera::horizontal;
 use crate::stage::{averaged, check_mesh};
-use crate::vector::{length, normalized, scale};
+use crate::vector::{Vec3, length, normalized, scale, sub};
 use crate::{Bounds, Color, Error, lighting};
 
 /// What the page says and how it stands.
@@ -70,14 +70,25 @@ pub fn page(mesh: &Mesh, page: &Page<'_>) -> Result<Vec<u8>, Error> {
     // Relative to the largest half edge: neither a huge nor a tiny mesh leaves the range of a shader's numbers.
     let unit = half.iter().fold(0.0f64, |most, &x| most.max(x));
     let half = scale(half, 1.0 / unit);
-    let radius = length(half);
+    let relative = |v: u32| -> Vec3 {
+        let v = mesh.vertices[v as usize];
+        std::array::from_fn(|a| (f64::from(v[a]) - centre[a]) / unit)
+    };
+    let (mut radius, mut edges) = (0.0f64, 0.0f64);
+    for triangle in &triangles {
+        let corners = triangle.map(relative);
+        radius = corners.iter().fold(radius, |most, &p| most.max(length(p)));
+        edges += (0..3).map(|k| length(sub(corners[k], corners[(k + 1) % 3]))).sum::<f64>() / 3.0;
+    }
+    let edge = edges / triangles.len().max(1) as f64;
     let axes: Vec<String> = [side, up, front].iter().map(|a| format!("[{},{},{}]", a[0], a[1], a[2])).collect();
     let list = |v: [f64; 3]| format!("[{},{},{}]", v[0], v[1], v[2]);
     let facts = format!(
-        "{{\"triangles\":{},\"low\":{},\"size\":{},\"radius\":{radius},\"axes\":[{}]}}",
+        "{{\"triangles\":{},\"low\":{},\"size\":{},\"radius\":{},\"edge\":{edge},\"axes\":[{}]}}",
         triangles.len(),
         list(half.map(|x| -x)),
         list(half.map(|x| 2.0 * x)),
+        if radius > 0.0 { radius } else { 1.0 },
         axes.join(","),
     );
     let place = |v: [f32; 3]| -> [u16; 3] {
