@@ -81,8 +81,8 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| {
 
 impl Tables {
     fn byte(&self, light: f32) -> u8 {
-        // NaN is black: `clamp` would keep it, `max` does not.
-        let x = light.max(0.0).min(1.0);
+        // NaN is black: `clamp` would keep it.
+        let x = if light > 0.0 { light.min(1.0) } else { 0.0 };
         let mut byte = self.guess[((x * GUESSES as f32) as usize).min(GUESSES - 1)];
         while x >= self.above[usize::from(byte)] {
             byte += 1;

@@ -1,7 +1,7 @@
 //! A mesh as one HTML file that a browser shows, with nothing to load from anywhere else.
 //!
 //! ```text
-//! vertex   u16 x, y, z within the box, u16 unused, u16 × 2 normal        12 bytes, little-endian
+//! vertex   u16 x, y, z within the box, u16 padding, u16 × 2 normal       12 bytes, little-endian
 //! index    difference to the one before, zigzag, 7 bits a byte           about 1.5 bytes
 //! ```
 //!
@@ -40,7 +40,7 @@ impl<'a> Page<'a> {
 /// One self-contained HTML file, as bytes of UTF-8, that shows the mesh in WebGL 2: turn by mouse or touch, zoom by wheel
 /// or pinch, wires, insides; light or dark as the browser is.
 ///
-/// About 16 bytes a vertex and 2 a triangle: a million triangles make about 13 MB.
+/// About 16 bytes a vertex and 5 a triangle: a million triangles make about 13 MB.
 ///
 /// ```
 /// let mesh = pellicle::reconstruct(&[[0.0f32, 0.0, 0.0]], &pellicle::Params::new(0.05))?;
@@ -194,7 +194,7 @@ fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push('\u{202f}');
         }
         text.push(digit);
