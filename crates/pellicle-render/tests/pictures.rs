@@ -54,6 +54,23 @@ fn triangles_that_share_edges_leave_no_gap() {
 }
 
 #[test]
+fn an_edge_through_samples_belongs_to_one_of_its_triangles() {
+    // Corners, hence edges and diagonals, at the middles of pixels.
+    let mut mesh = sheet(16, 1.0);
+    for (i, v) in (0u16..).zip(&mut mesh.vertices) {
+        let place = |k: u16| (f32::from(k) * 4.0 + 0.5) / 32.0 - 1.0;
+        *v = [place(i % 17), place(i / 17), 0.0];
+    }
+    let settings = Settings { samples: Samples::One, ..plain(64, 64) };
+    for up in [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]] {
+        let image = draw(&layers([Layer::Mesh(flat(&mesh))]), &Camera { up, ..ahead() }, &settings).unwrap();
+        let gaps =
+            (1..63).flat_map(|y| (1..63).map(move |x| (x, y))).filter(|&(x, y)| image.pixel(x, y) == Some(BEHIND));
+        assert_eq!(gaps.count(), 0, "{up:?}");
+    }
+}
+
+#[test]
 fn a_sheet_covers_its_share_of_the_picture() {
     let mesh = sheet(5, 0.5);
     let settings = Settings { samples: Samples::Sixteen, ..plain(101, 101) };
@@ -99,6 +116,21 @@ fn a_floor_that_passes_below_and_behind_the_eye_fills_the_lower_half() {
     for y in 0..80 {
         let free = (0..120).filter(|&x| image.pixel(x, y) == Some(BEHIND)).count();
         assert_eq!(free, if y < 40 { 120 } else { 0 }, "row {y}");
+    }
+}
+
+#[test]
+fn a_triangle_of_any_size_keeps_its_edges() {
+    // Below the line y = x / 3. At 1e11 double precision still places it within a tenth of a pixel.
+    for size in [1e3f32, 1e8, 1e11] {
+        let vertices = vec![[-3.0 * size, -size, 0.0], [3.0 * size, -9.0 * size, 0.0], [3.0 * size, size, 0.0]];
+        let mesh = Mesh { vertices, triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        let image = draw(&layers([Layer::Mesh(flat(&mesh))]), &ahead(), &plain(90, 90)).unwrap();
+        for (x, y) in (0..90).flat_map(|y| (0..90).map(move |x| (x, y))) {
+            let above = (45.0 - f64::from(y) - 0.5) - (f64::from(x) + 0.5 - 45.0) / 3.0;
+            let free = image.pixel(x, y) == Some(BEHIND);
+            assert!(above.abs() < 1.0 || free == (above > 0.0), "{size}: {x} {y}");
+        }
     }
 }
 
