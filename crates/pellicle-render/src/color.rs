@@ -17,7 +17,7 @@ impl Color {
     /// The default of meshes: a clear water blue.
     pub const WATER: Self = Self([86, 158, 214]);
     /// Outsides, where both sides are told apart.
-    pub const OUTSIDE: Self = Self([196, 202, 208]);
+    pub const OUTSIDE: Self = Self([172, 181, 191]);
     /// Insides, where both sides are told apart: glaring, so that a hole cannot be missed.
     pub const INSIDE: Self = Self([226, 38, 84]);
     /// The default of spheres.
