@@ -20,7 +20,7 @@ impl Bounds {
 
     /// Whether nothing is in the box.
     pub fn is_empty(&self) -> bool {
-        (0..3).any(|a| !(self.min[a] <= self.max[a]))
+        !(0..3).all(|a| self.min[a] <= self.max[a])
     }
 
     /// The least box around both: for a camera that serves a whole sequence of frames.

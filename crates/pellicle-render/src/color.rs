@@ -17,7 +17,7 @@ impl Color {
     /// The default of meshes: a clear water blue.
     pub const WATER: Self = Self([86, 158, 214]);
     /// Outsides, where both sides are told apart.
-    pub const OUTSIDE: Self = Self([196, 202, 208]);
+    pub const OUTSIDE: Self = Self([172, 181, 191]);
     /// Insides, where both sides are told apart: glaring, so that a hole cannot be missed.
     pub const INSIDE: Self = Self([226, 38, 84]);
     /// The default of spheres.
@@ -81,8 +81,8 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| {
 
 impl Tables {
     fn byte(&self, light: f32) -> u8 {
-        // NaN is black: `clamp` would keep it, `max` does not.
-        let x = light.max(0.0).min(1.0);
+        // NaN is black: `clamp` would keep it.
+        let x = if light > 0.0 { light.min(1.0) } else { 0.0 };
         let mut byte = self.guess[((x * GUESSES as f32) as usize).min(GUESSES - 1)];
         while x >= self.above[usize::from(byte)] {
             byte += 1;

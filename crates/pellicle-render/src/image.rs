@@ -121,7 +121,7 @@ impl Image {
         Ok(both)
     }
 
-    /// The bytes of a PNG file: RGB, 8 bits, marked as sRGB (with the gamma and primaries that older readers look for).
+    /// The bytes of a PNG file: RGB, 8 bits, marked as sRGB, with the gamma that older readers look for.
     ///
     /// # Errors
     /// [`Error::Encoding`] with the encoder's message.
@@ -131,6 +131,9 @@ impl Image {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        // The encoder writes this beside sRGB where it is the value that stands for it.
+        encoder.set_source_gamma(png::ScaledFloat::from_scaled(45_455));
+        // A tenth of the default's time for 1 % more bytes.
         encoder.set_compression(png::Compression::Fast);
         let fail = |e: png::EncodingError| Error::Encoding(e.to_string());
         let mut writer = encoder.write_header().map_err(fail)?;

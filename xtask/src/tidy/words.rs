@@ -8,7 +8,12 @@ const FORBIDDEN: &[(&[&str], &[&str], &str)] = &[
     (&["todo!", "unimplemented!", "dbg!"], &[""], "finish it or leave it out"),
     (
         &["println!", "eprintln!", "print!", "eprint!"],
-        &["crates/pellicle/src/", "crates/pellicle-io/src/", "crates/pellicle-scenes/src/"],
+        &[
+            "crates/pellicle/src/",
+            "crates/pellicle-io/src/",
+            "crates/pellicle-render/src/",
+            "crates/pellicle-scenes/src/",
+        ],
         "a library prints nothing: return it, or hand it to the caller's token",
     ),
     (

@@ -5,6 +5,7 @@ uniform vec3 low, size;
 uniform mat4 clip;
 uniform mat3 turn;                    // to the viewer's axes
 uniform vec3 eye;
+uniform float lift;                   // lines lie a hair before their triangles
 out vec3 normal, viewer;
 void main() {
   vec3 p = low + place * size;
@@ -14,6 +15,7 @@ void main() {
   normal = turn * n;
   viewer = turn * (eye - p);
   gl_Position = clip * vec4(p, 1.0);
+  gl_Position.z -= lift * gl_Position.w;
 }`;
 
 const FRAGMENT_SHADER = `#version 300 es
@@ -22,6 +24,7 @@ ${LIGHT}
 in vec3 normal, viewer;
 uniform vec3 sky;
 uniform int look;                     // 0 water, 1 both sides, 2 wires
+uniform float strength;               // of wires
 out vec4 color;
 vec3 encode(vec3 x) {
   return mix(12.92 * x, 1.055 * pow(max(x, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, x));
@@ -39,7 +42,7 @@ void main() {
   float rim = grazing * grazing * grazing * (wet ? WET.y : DULL.y) * (0.35 + 0.65 * above);
   vec3 light = albedo * (KEY_LIGHT * key + FILL_LIGHT * fill + mix(GROUND_LIGHT, SKY_LIGHT, above));
   if (look != 2) light += KEY_LIGHT * shine + SKY_LIGHT * 2.0 * rim;
-  float cover = look == 2 ? 0.55 : 1.0;
+  float cover = look == 2 ? strength : 1.0;
   color = vec4(encode(clamp(light, 0.0, 1.0)) * cover, cover);
 }`;
 
@@ -105,7 +108,7 @@ function start() {
   }
   const vertices = bytesOf("vertices"), indices = indicesOf(bytesOf("indices"), facts.triangles * 3);
   const used = program(gl), uniforms = {};
-  for (const name of ["low", "size", "clip", "turn", "eye", "sky", "look"]) uniforms[name] = gl.getUniformLocation(used, name);
+  for (const name of ["low", "size", "clip", "turn", "eye", "sky", "look", "strength", "lift"]) uniforms[name] = gl.getUniformLocation(used, name);
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
   gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
@@ -179,10 +182,8 @@ function draw() {
   gl.uniformMatrix4fv(uniforms.clip, false, clip);
   gl.uniformMatrix3fv(uniforms.turn, false, [0, 1, 2].flatMap(c => [right[c], above[c], back[c]]));
   gl.uniform1i(uniforms.look, inside ? 1 : 0);
+  gl.uniform1f(uniforms.lift, 0);
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, scene.triangles);
-  // Behind the lines by a hair.
-  gl.enable(gl.POLYGON_OFFSET_FILL);
-  gl.polygonOffset(1, 1);
   gl.drawElements(gl.TRIANGLES, facts.triangles * 3, gl.UNSIGNED_INT, 0);
   if (!wires) return;
   if (!scene.lines) {
@@ -192,6 +193,10 @@ function draw() {
   }
   gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, scene.lines);
   gl.uniform1i(uniforms.look, 2);
+  gl.uniform1f(uniforms.lift, 4e-4);
+  // Where edges are a few pixels long their lines would run together.
+  const pixels = facts.edge / (2 * span()) * height;
+  gl.uniform1f(uniforms.strength, Math.min(Math.max((pixels - 1) / 8, 0.12), 0.6));
   gl.enable(gl.BLEND);
   gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   gl.drawElements(gl.LINES, facts.triangles * 6, gl.UNSIGNED_INT, 0);

@@ -52,8 +52,7 @@ impl Ball {
         let b = dot(ray.direction, to);
         let c = dot(to, to) - self.radius * self.radius;
         let square = b * b - a * c;
-        // False also for NaN.
-        if !(square >= 0.0) {
+        if square < 0.0 || square.is_nan() {
             return None;
         }
         let root = square.sqrt();
