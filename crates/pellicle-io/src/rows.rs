@@ -195,10 +195,10 @@ impl Rows {
         let mut rest = chunk;
         while !rest.is_empty() {
             let end = memchr(b'\n', rest);
-            let line = rest[..end.unwrap_or(rest.len())].trim_ascii();
+            let line = trim(&rest[..end.unwrap_or(rest.len())]);
             rest = end.map_or(&[], |end| &rest[end + 1..]);
             parsed.lines += 1;
-            if extent == Extent::ToEnd && (line.is_empty() || is_comment(line)) {
+            if extent == Extent::ToEnd && is_passed_over(line) {
                 continue;
             }
             if let Err(what) = self.append(line, has_quotes, &mut parsed.records) {
@@ -303,9 +303,17 @@ struct Parsed {
     error: Option<String>,
 }
 
-/// Whether the line is a comment of CSV's relatives.
-pub(crate) fn is_comment(line: &[u8]) -> bool {
-    matches!(line.first(), Some(b'#' | b'%'))
+/// A line without the blanks around it. Tabs stay: there may be empty fields before and behind them.
+pub(crate) fn trim(line: &[u8]) -> &[u8] {
+    let is_kept = |b: &u8| !matches!(b, b' ' | b'\r');
+    let start = line.iter().position(is_kept).unwrap_or(line.len());
+    let end = line.iter().rposition(is_kept).map_or(start, |last| last + 1);
+    &line[start..end]
+}
+
+/// Whether the line is no row: blank or a comment.
+pub(crate) fn is_passed_over(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_start().first(), None | Some(b'#' | b'%'))
 }
 
 /// An integer; logical values of extended XYZ are `T` and `F`.

@@ -52,8 +52,13 @@ fn files_cut_short_are_told_as_such() {
             // Formats that tell how many particles there are cannot give fewer; raw and CSV cannot know, and a VTU
             // cut after its first piece is not well-formed.
             let tells_count =
-                !["xyz", "csv", "txt", "obj", "f64", "dat"].iter().any(|extension| name.ends_with(extension));
-            if tells_count && let Some(count) = count {
+                !["xyz", "csv", "txt", "obj", "f64", "dat", "tsv"].iter().any(|extension| name.ends_with(extension));
+            // An empty file of text holds nothing, compressed or not.
+            let is_empty_text = i == 0 && name.ends_with(".gz");
+            if tells_count
+                && !is_empty_text
+                && let Some(count) = count
+            {
                 assert!(
                     count == COUNT || name.starts_with("mesh") && count == 30,
                     "{name} cut at {i}/50 gives {count}"
@@ -147,9 +152,10 @@ fn counts_that_lie_are_refused() {
         for name in ["little.ply", "ascii.ply", "big_lists.ply", "ascii_lists.ply"] {
             text(name, "element vertex ", "\n");
         }
-        for name in ["c3.npy", "c7_fortran.npy", "structured.npy", "halves.npy", "stored.npz"] {
+        for name in ["c3.npy", "c7_fortran.npy", "structured.npy", "halves.npy"] {
             text(name, "(", ",");
         }
+        text("stored.npz", "(", ", 3)");
         text("classic.xyz", "", "\n");
         text("usual.dump", "NUMBER OF ATOMS\n", "\n");
         for name in ["old.vtk", "old_ascii.vtk", "new.vtk", "new_ascii.vtk"] {

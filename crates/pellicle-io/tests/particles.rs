@@ -52,7 +52,7 @@ fn precision_and_integers_are_kept() {
 }
 
 /// Their first bytes tell nothing.
-const TEXTS_AND_RAW: [&str; 8] = [".xyz", ".f64", ".csv", ".txt", ".dat", ".gz", ".extxyz", "members.json"];
+const TEXTS_AND_RAW: [&str; 9] = [".tsv", ".xyz", ".f64", ".csv", ".txt", ".dat", ".gz", ".extxyz", "members.json"];
 
 #[test]
 fn a_format_is_recognised_without_its_extension() {

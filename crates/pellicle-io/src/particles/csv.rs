@@ -14,7 +14,7 @@ use std::path::Path;
 use super::{Particles, ReadOptions, text_xyz};
 use crate::error::Error;
 use crate::formats::names;
-use crate::rows::{Extent, MAX_COLUMNS, Rows, Separator, fields, is_comment, number};
+use crate::rows::{Extent, MAX_COLUMNS, Rows, Separator, fields, is_passed_over, number, trim};
 use crate::scalar::Scalar;
 use crate::source::Source;
 
@@ -80,17 +80,16 @@ fn no_position(source: &Source<'_>, names: &[String]) -> Error {
 /// The first line that is not blank; as it may name the columns in a comment, its `#` is dropped.
 fn first_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
     while let Some(line) = source.line()? {
-        let line = line.trim_ascii();
+        let line = trim(line);
         if line.contains(&0) {
             return Err(source.fail("there are zero bytes: this is not text"));
         }
-        if line.is_empty() {
-            continue;
-        }
-        if !is_comment(line) {
+        if !is_passed_over(line) {
             return Ok(Some(line.to_vec()));
         }
-        let comment = line[1..].trim_ascii();
+        let comment = line.trim_ascii();
+        let comment =
+            comment.strip_prefix(b"#").or_else(|| comment.strip_prefix(b"%")).unwrap_or_default().trim_ascii();
         let names: Vec<String> = fields(comment, separator(comment)).take(MAX_COLUMNS).map(name).collect();
         if names::group(&names).position.is_some() {
             return Ok(Some(comment.to_vec()));
@@ -102,8 +101,8 @@ fn first_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
 /// The next line that is neither blank nor a comment.
 fn next_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
     while let Some(line) = source.line()? {
-        let line = line.trim_ascii();
-        if !line.is_empty() && !is_comment(line) {
+        let line = trim(line);
+        if !is_passed_over(line) {
             return Ok(Some(line.to_vec()));
         }
     }
@@ -112,8 +111,8 @@ fn next_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
 
 fn separator(row: &[u8]) -> Separator {
     let found = [b';', b'\t', b','].into_iter().find(|byte| row.contains(byte));
-    // Blanks and tabs may be mixed, unless the blanks belong to names.
-    let has_blanks = |field: &[u8]| field.iter().any(u8::is_ascii_whitespace);
+    // Blanks and tabs may be mixed, or several tabs align numbers, unless there are names.
+    let has_blanks = |field: &[u8]| field.is_empty() || field.iter().any(u8::is_ascii_whitespace);
     match found {
         Some(b'\t') if fields(row, Separator::Byte(b'\t')).any(has_blanks) && is_numeric(row, Separator::Blank) => {
             Separator::Blank

@@ -144,7 +144,7 @@ impl<'de> Visitor<'de> for Seed<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Node, A::Error> {
         let Some((key, keys)) = self.keys.split_first() else {
-            let mut builder = Builder { numbers: Numbers::new(), rows: 0, records: None };
+            let mut builder = Builder { numbers: Numbers::new(), rows: 0, records: None, seen: Vec::new() };
             while items.next_element_seed(Element { builder: &mut builder, seed: self })?.is_some() {}
             return Ok(builder.finish());
         };
@@ -207,16 +207,15 @@ struct Builder {
     rows: usize,
     /// Columns of objects, if the first element was one; those that hold no numbers are kept as spoilt.
     records: Option<Vec<Column>>,
+    /// Names of all members of the first object.
+    seen: Vec<String>,
 }
 
 impl Builder {
     fn finish(self) -> Node {
         match self.records {
             None => Node::Numbers(self.numbers),
-            Some(columns) => {
-                let seen = columns.iter().map(|column| column.name.clone()).collect();
-                Node::Columns { columns, seen, positions_named: false }
-            }
+            Some(columns) => Node::Columns { columns, seen: self.seen, positions_named: false },
         }
     }
 }
@@ -236,7 +235,7 @@ impl<'de> DeserializeSeed<'de> for Element<'_, '_> {
 
 impl Element<'_, '_> {
     fn number(self, value: Number) {
-        let Builder { numbers, rows, records } = self.builder;
+        let Builder { numbers, rows, records, .. } = self.builder;
         *rows += 1;
         if numbers.width > 0 || records.is_some() {
             numbers.spoil(|| format!("element {} is a number, others are not", *rows - 1));
@@ -257,7 +256,7 @@ impl<'de> Visitor<'de> for Element<'_, '_> {
     scalars!(|this: Self, value| this.number(value));
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
-        let Builder { numbers, rows, records } = self.builder;
+        let Builder { numbers, rows, records, .. } = self.builder;
         let mut width = 0;
         while let Some(value) = items.next_element_seed(Plain)? {
             numbers.push(value);
@@ -277,7 +276,7 @@ impl<'de> Visitor<'de> for Element<'_, '_> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut members: A) -> Result<(), A::Error> {
-        let Builder { numbers, rows, records } = self.builder;
+        let Builder { numbers, rows, records, seen } = self.builder;
         let is_first = *rows == 0;
         *rows += 1;
         if is_first {
@@ -290,6 +289,9 @@ impl<'de> Visitor<'de> for Element<'_, '_> {
         };
         let mut at = 0;
         while let Some(name) = members.next_key::<String>()? {
+            if is_first && seen.len() < MAX_SEEN {
+                seen.push(name.clone());
+            }
             let found = match columns.get(at) {
                 Some(column) if column.name == name => Some(at),
                 _ => columns.iter().position(|column| column.name == name),

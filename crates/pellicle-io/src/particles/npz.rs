@@ -156,7 +156,12 @@ impl Archive {
         for file_name in names {
             let Some(name) = file_name.strip_suffix(".npy") else { continue };
             let Some(index) = self.zip.index_for_name(&file_name) else { continue };
-            match self.part(index, name, npy_header::read) {
+            let header = self.part(index, name, |source| {
+                let header = npy_header::read(source)?;
+                // A header that promises more than there is shall not pass for an array of other length.
+                source.room(header.rows, header.stride() as u64, "rows").map(|_| header)
+            });
+            match header {
                 Ok(header) => members.push(Member { index, name: name.into(), header }),
                 // Text and Python objects are no attributes of particles.
                 Err(Error::Unsupported { .. }) => {}

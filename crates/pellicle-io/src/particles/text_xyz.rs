@@ -121,7 +121,7 @@ fn extended(source: &Source<'_>, properties: &str, options: &ReadOptions) -> Res
             let what = format!("the Properties '{properties}' are not triples name:type:columns");
             return Err(source.fail(what));
         };
-        if width == 0 || scalars.len() + width > MAX_COLUMNS {
+        if width == 0 || width > MAX_COLUMNS - scalars.len().min(MAX_COLUMNS) {
             return Err(source.fail(format!("'{name}' has {width} columns: 1 to {MAX_COLUMNS} in all are possible")));
         }
         let columns: Vec<usize> = (scalars.len()..scalars.len() + width).collect();

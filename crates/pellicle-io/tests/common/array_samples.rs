@@ -34,7 +34,7 @@ fn halves() -> Vec<u8> {
         let (sign, exponent, fraction) = (bits >> 16 & 0x8000, (bits >> 23 & 0xff) as i32 - 112, bits >> 13 & 0x3ff);
         if value == 0.0 { sign as u16 } else { (sign | (exponent as u32) << 10 | fraction) as u16 }
     };
-    let data: Vec<u8> = (0..COUNT).flat_map(|i| position(i)).flat_map(|x| bits(x).to_be_bytes()).collect();
+    let data: Vec<u8> = (0..COUNT).flat_map(position).flat_map(|x| bits(x).to_be_bytes()).collect();
     npy("'>f2'", &format!("({COUNT}, 3)"), &data)
 }
 

@@ -64,6 +64,9 @@ pub fn text() -> Vec<Sample> {
     let quoted =
         |_: usize, r: [f32; 7]| format!("\"a, b\",{},{},{},,\"{}\",{},{},{}", r[0], r[1], r[2], r[3], r[4], r[5], r[6]);
     add("quoted.csv", true, lines("name,x,y,z,gap,vx,vy,vz,density\n", quoted).into_bytes());
+    let gaps =
+        |i: usize, r: [f32; 7]| format!("{i}\t{}\t{}\t{}\t{}\t{}\t{}\t{}\t", r[0], r[1], r[2], r[3], r[4], r[5], r[6]);
+    add("gaps.tsv", true, lines("\tx\ty\tz\tvx\tvy\tvz\tdensity\tnote\n", gaps).into_bytes());
     add("packed.csv.gz", true, gzip(&csv("x,y,z,vx,vy,vz,density\n", ",", true)));
     samples
 }
