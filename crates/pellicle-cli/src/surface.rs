@@ -38,6 +38,8 @@ pub struct Made {
     pub bytes: u64,
     /// What the work amounted to.
     pub stats: Stats,
+    /// Attributes that the format has no room for.
+    pub left_out: Vec<String>,
 }
 
 /// Makes the surface and writes it, in the current pool of threads.
@@ -55,6 +57,7 @@ pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Fa
     let stats = surface.stats();
     clock.begin("write");
     let path = order.target.path();
+    let mut left_out = Vec::new();
     if order.target.is_stream() {
         write_stream(&surface, &attributes, &params, order)?;
     } else {
@@ -62,11 +65,12 @@ pub fn make(cloud: &Cloud, order: &Order, clock: &StageClock) -> Result<Made, Fa
         drop(reconstructor);
         clock.begin("write");
         interrupt::check()?;
-        pellicle_io::write_mesh(path, &mesh, &WriteOptions { comments: order.record(), ..WriteOptions::default() })?;
+        let options = WriteOptions { comments: order.record(), ..WriteOptions::default() };
+        left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
     }
     interrupt::enter(Phase::Written);
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes, stats })
+    Ok(Made { vertices, triangles, bytes, stats, left_out })
 }
 
 /// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.

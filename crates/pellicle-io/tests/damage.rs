@@ -31,7 +31,7 @@ fn mesh_files(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
         triangles: (0..28).map(|i| [i, i + 1, i + 2]).collect(),
         ..Mesh::default()
     };
-    ["mesh.ply", "mesh.obj", "mesh.vtk"]
+    ["mesh.ply", "mesh.obj", "mesh.vtk", "mesh.stl", "mesh.glb"]
         .into_iter()
         .map(|name| {
             let path = folder.join(name);

@@ -49,6 +49,13 @@ fn mesh(job: &MeshJob, console: &Console, clock: &StageClock) -> Result<(), Fail
             params.iso
         ));
     }
+    if !made.left_out.is_empty() {
+        console.warn(format!(
+            "{}: this format has no room for {}: left out (.ply has)",
+            job.target.path().display(),
+            made.left_out.join(", ")
+        ));
+    }
     let outcome = Outcome { job, cloud: &cloud, dropped, radius, made: &made, clock };
     outcome.tell(console);
     console.report(|| outcome.as_json());
