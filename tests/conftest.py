@@ -99,6 +99,15 @@ def witness(request):
     return tell
 
 
+def pytest_addoption(parser):
+    parser.addoption("--witnesses", action="store_true", help="run only the tests that use the fixture `witness`")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--witnesses"):
+        items[:] = [item for item in items if "witness" in getattr(item, "fixturenames", ())]
+
+
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item, call):
     report = (yield).get_result()

@@ -10,6 +10,10 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pellicle_io::AttributeChoice;
 
+mod convert;
+
+pub use convert::{ConvertArgs, RawArg, UpArg};
+
 use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads};
 
 /// Particles to surface meshes: fast, exact, in bounded memory, the same bytes every time.
@@ -32,6 +36,8 @@ pub struct Cli {
 pub enum Verb {
     /// Particles to a closed triangle mesh
     Mesh(Box<MeshArgs>),
+    /// One file of particles or a mesh to another format
+    Convert(Box<ConvertArgs>),
     /// What is in a particle or mesh file
     Info(InfoArgs),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
@@ -45,6 +51,7 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Mesh(_) => "mesh",
+            Self::Convert(_) => "convert",
             Self::Info(_) => "info",
             Self::Check(_) => "check",
             Self::Demo(_) => "demo",
@@ -55,6 +62,7 @@ impl Verb {
     pub fn talk(&self) -> Talk {
         let (talk, verbose) = match self {
             Self::Mesh(args) => (&args.talk, args.more.verbose),
+            Self::Convert(args) => (&args.talk, false),
             Self::Info(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
             Self::Demo(args) => (&args.talk, args.more.verbose),

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
     let console = Console::new(cli.verb.name(), cli.verb.talk());
     let result = match &cli.verb {
         Verb::Mesh(args) => commands::mesh::run(args, &console),
+        Verb::Convert(args) => commands::convert::run(args, &console),
         Verb::Info(args) => commands::info::run(args, &console),
         Verb::Check(args) => commands::check::run(args, &console),
         Verb::Demo(args) => commands::demo::run(args, &console),

@@ -86,7 +86,7 @@ fn default_output(input: &Path) -> PathBuf {
 }
 
 /// Whether both names lead to one file, also through links and `..`.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 

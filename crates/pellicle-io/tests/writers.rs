@@ -242,7 +242,7 @@ fn stl_in_text_and_binary_that_begins_like_text_are_read() {
     let mesh = read_mesh(&folder.write("b.stl", &binary)).expect("binary");
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
     for (name, text, expected) in [
-        ("c.stl", text.replace("endfacet\nendsolid thing", ""), "vertices"),
+        ("c.stl", text.replace("endfacet\nendsolid thing", ""), "not complete"),
         ("d.stl", text.replace("1e0", "one"), "in line 5: three numbers"),
         ("e.stl", text[..text.len() - 9].to_owned(), "cut short"),
         ("f.stl", "hello".to_owned(), "no STL file"),

@@ -45,6 +45,7 @@ pub(crate) fn foreign(format: Format, name: &str, components: usize) -> String {
         (Format::Bgeo, "normal", 3) => "N".into(),
         (Format::Bgeo, "color", 3 | 4) => "Cd".into(),
         (Format::Bgeo, "radius", 1) => "pscale".into(),
+        (Format::Npz, "normal", 3) => "normals".into(),
         (Format::Glb, "normal", 3) => "NORMAL".into(),
         (Format::Glb, "color", 3 | 4) => "COLOR_0".into(),
         // An underscore marks what the specification does not know.

@@ -4,7 +4,7 @@
 //! translation is the mesh's origin, its rotation turns z up to y up, its scale turns units into metres. So nothing is
 //! rounded. Attributes that glTF knows become NORMAL and COLOR_0, others get an underscore and upper case (`_VELOCITY`);
 //! those of more than four components become one accessor a component. A mesh without triangles is one of points;
-//! without vertices, which glTF cannot express, the scene is empty.
+//! without vertices, which glTF cannot express, the node is without mesh.
 //!
 //! ```text
 //! glTF, 2, length | length, JSON, text, spaces | length, BIN, positions, columns, indices        each u32, aligned to 4
@@ -47,7 +47,9 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     let mut binary = Binary::default();
     let document = if points.count == 0 {
         points.columns.clear();
-        json!({"asset": asset(options), "scene": 0, "scenes": [{}]})
+        // A scene without nodes is valid, but not all programs know.
+        let node = json!({"name": "surface"});
+        json!({"asset": asset(options), "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [node]})
     } else {
         describe(mesh, &points, &names, options, &mut binary)
     };
