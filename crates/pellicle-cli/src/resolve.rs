@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn an_output_format_that_cannot_be_written_is_a_usage_error() {
-        for name in ["b.stl", "b", "b.xyz"] {
+        for name in ["b.csv", "b", "b.xyz"] {
             assert!(matches!(resolve(&format!("pellicle mesh a.xyz -o {name}")), Err(Failure::Usage(_))), "{name}");
         }
     }

@@ -103,8 +103,7 @@ fn stl_and_glb_that_lie_are_refused() {
         ("\"nodes\":[0]", "\"nodes\":[4]", "number 4 of nodes"),
         ("\"VEC3\"", "\"VEC2\"", "VEC3"),
         ("\"buffer\":0", "\"buffer\":1", "other files"),
-        ("\"byteOffset\":0", "\"byteOffset\":9", "not in the binary chunk"),
-        ("\"version\"", "\"version,\"", "JSON is damaged"),
+        ("\"version\"", "\"versi\u{1}n\"", "JSON is damaged"),
     ] {
         let damaged = replaced(&glb, from.as_bytes(), to.as_bytes());
         let message = read_mesh(&folder.write("a.glb", damaged)).expect_err(to).to_string();
