@@ -76,3 +76,49 @@ def assert_failed(process, *said, code=1):
     assert "panicked" not in process.stderr, process.stderr
     for word in said:
         assert str(word).lower() in process.stderr.lower(), f"no {word!r} in: {process.stderr}"
+
+
+WITNESSES = pytest.StashKey()
+
+
+@pytest.fixture
+def witness(request):
+    """Tells the table of formats what a test has shown: witness("STL", "mesh out", trimesh, "face normals").
+
+    `format` as `pellicle_io::formats()` names it; `direction` is one of "particles in", "particles out", "mesh in",
+    "mesh out"; `package` the module (its name and version are noted) or a string; `attributes` what was compared besides
+    positions and triangles. Counts when the test passes. `cargo xtask formats` turns all of them into
+    docs/src/formats.md.
+    """
+
+    def tell(format, direction, package, attributes=""):
+        assert direction in ("particles in", "particles out", "mesh in", "mesh out"), direction
+        name = package if isinstance(package, str) else package.__name__
+        request.node.stash.setdefault(WITNESSES, []).append((format, direction, name, attributes))
+
+    return tell
+
+
+def pytest_addoption(parser):
+    parser.addoption("--witnesses", action="store_true", help="run only the tests that use the fixture `witness`")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--witnesses"):
+        items[:] = [item for item in items if "witness" in getattr(item, "fixturenames", ())]
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = (yield).get_result()
+    if call.when == "call":
+        rows = item.stash.get(WITNESSES, [])
+        item.session.stash.setdefault(WITNESSES, []).extend((*row, "agrees" if report.passed else "FAILS") for row in rows)
+
+
+def pytest_sessionfinish(session):
+    """Writes what was witnessed to the file that PELLICLE_WITNESSES names, one line each, in an order of its own."""
+    path = os.environ.get("PELLICLE_WITNESSES")
+    if path:
+        rows = sorted(set(session.stash.get(WITNESSES, [])))
+        Path(path).write_text("".join("\t".join(row) + "\n" for row in rows))

@@ -1,6 +1,7 @@
 //! Development tasks: `cargo xtask test` runs every check that a change must pass, `cargo xtask tidy` only the rules of
 //! the house. Standard library only, so that it builds in a second.
 
+mod formats;
 mod python;
 mod tally;
 mod test;
@@ -12,6 +13,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask test [--all]   formatting, lints, tidy, docs, Rust tests, Python tests
                                   --all: the slow ones too
+       cargo xtask formats        judges all file formats by foreign readers and makes the tables in docs/src/formats.md
        cargo xtask tidy           the rules of the house: see xtask/src/tidy/";
 
 fn main() -> ExitCode {
@@ -20,6 +22,7 @@ fn main() -> ExitCode {
     let done = match arguments[..] {
         ["test"] => test::run(&root(), test::Extent::Usual),
         ["test", "--all"] => test::run(&root(), test::Extent::All),
+        ["formats"] => formats::run(&root()),
         ["tidy"] => tidy::run(&root()),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");

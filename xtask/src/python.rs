@@ -38,7 +38,7 @@ pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
 }
 
 /// The environment's interpreter, made ready; or why there is none. `PELLICLE_PYTHON` names one that has the packages.
-fn interpreter(root: &Path, target: &Path) -> Result<PathBuf, String> {
+pub fn interpreter(root: &Path, target: &Path) -> Result<PathBuf, String> {
     if let Some(chosen) = std::env::var_os("PELLICLE_PYTHON") {
         return Ok(chosen.into());
     }

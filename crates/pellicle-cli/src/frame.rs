@@ -8,7 +8,7 @@ use pellicle::{Control, Error, Params, Reconstructor, infer_radius};
 use pellicle_io::{Particles, ReadOptions, WriteOptions, read_particles, write_particles};
 use serde_json::{Value, json};
 
-use crate::choose::Chosen;
+use crate::choose::{Chosen, Invalid};
 use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::console::Console;
@@ -173,6 +173,10 @@ impl Outcome {
                 job.params.iso
             ));
         }
+        if !self.made.left_out.is_empty() {
+            let names = self.made.left_out.join(", ");
+            console.warn(format!("{}: this format has no room for {names}: left out", frame.output.display()));
+        }
     }
 
     /// What a single run says in the end.
@@ -245,7 +249,7 @@ impl Outcome {
             "band": format!("{:?}", params.band).to_lowercase(),
             "normals": params.normals,
             "attributes": self.attributes,
-            "drop_invalid": job.choice.drop_invalid,
+            "drop_invalid": job.choice.invalid == Invalid::Drop,
             "threads": job.threads.get(),
             "max_memory_bytes": params.max_memory,
             "lanes": format!("{:?}", params.lanes).to_lowercase(),

@@ -20,7 +20,6 @@ mod plan;
 mod resolve;
 mod sequence;
 mod series;
-mod shim;
 mod spray;
 mod surface;
 mod target;
@@ -45,10 +44,12 @@ fn main() -> ExitCode {
     let console = Console::new(cli.verb.name(), cli.verb.talk());
     let result = match &cli.verb {
         Verb::Mesh(args) => commands::mesh::run(args, &console),
+        Verb::Convert(args) => commands::convert::run(args, &console),
         Verb::Info(args) => commands::info::run(args, &console),
         Verb::Check(args) => commands::check::run(args, &console),
         Verb::Render(args) => commands::render::run(args, &console),
         Verb::Demo(args) => commands::demo::run(args, &console),
+        Verb::Formats(args) => commands::formats::run(args, &console),
         Verb::Completions(args) => commands::manual::completions(args, &console),
         Verb::Man(args) => commands::manual::man(args, &console),
     };

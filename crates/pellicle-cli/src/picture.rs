@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pellicle::{Mesh, Positions, infer_radius};
-use pellicle_io::{Up, write_file};
+use pellicle_io::{Content, Up, write_file};
 use pellicle_render::{
     Background, Bounds, Camera, Color, Framing, Image, Layer, Lens, Paint, Radius, Scalars, Scene, Settings, Spheres,
     Surface, Wireframe, draw,
@@ -11,7 +11,6 @@ use pellicle_render::{
 
 use crate::args::{CameraArgs, LookArgs};
 use crate::failure::Failure;
-use crate::shim::Content;
 
 /// Width and height of pictures that nobody asked a size for.
 const SIZE: (u32, u32) = (1920, 1080);

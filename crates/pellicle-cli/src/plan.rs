@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use pellicle_io::{PvdEntry, read_pvd};
+
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::resolve::Files;
@@ -10,7 +12,6 @@ use crate::sequence::gaps::gaps_text;
 use crate::sequence::output::{self, Outputs};
 use crate::sequence::pattern::Pattern;
 use crate::sequence::{self, Missing, Request, Sequence};
-use crate::shim::{PvdEntry, read_pvd};
 
 /// Where a frame comes from and where it goes.
 #[derive(Debug, Clone)]

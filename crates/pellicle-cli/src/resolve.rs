@@ -8,9 +8,9 @@ use pellicle::{Band, Lanes, Params};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 
 use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
-use crate::choose::Choice;
 use crate::choose::crop::Crop;
 use crate::choose::expression::Expression;
+use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
 use crate::machine;
 use crate::sequence::range::FrameRange;
@@ -83,12 +83,17 @@ impl Files {
     }
 }
 
-/// How to read and which particles, as meant.
-pub fn selection(args: &InputArgs, carry: AttributeChoice) -> Result<(ReadOptions, Choice), Failure> {
+/// How to read and which particles, as meant; `otherwise` is what becomes of invalid positions that are not dropped.
+pub fn selection(
+    args: &InputArgs,
+    carry: AttributeChoice,
+    otherwise: Invalid,
+) -> Result<(ReadOptions, Choice), Failure> {
     let filter = option("--where", args.condition.as_deref(), Expression::parse)?;
     let crop = args.crop.as_deref().map(Crop::parse).transpose();
     let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
-    let choice = Choice { scale: args.scale, drop_invalid: args.drop_invalid, crop, filter };
+    let invalid = if args.drop_invalid { Invalid::Drop } else { otherwise };
+    let choice = Choice { scale: args.scale, invalid, crop, filter };
     let read = ReadOptions {
         attributes: carry,
         also: choice.names(),
@@ -111,7 +116,7 @@ impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
         let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
-        let (read, choice) = selection(&args.from, carry.clone())?;
+        let (read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
         let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
         files.png.clone_from(&args.png);
         files.spray.clone_from(&args.spray);
@@ -191,7 +196,7 @@ mod tests {
         assert_eq!(job.params, Params::new(1.0), "the defaults of the command are those of the library");
         assert_eq!(job.carry, AttributeChoice::Velocity);
         assert_eq!(job.read, ReadOptions::default());
-        assert!(!job.choice.drop_invalid && job.watch.is_none() && !job.skip_existing);
+        assert!(job.choice.invalid == Invalid::Refuse && job.watch.is_none() && !job.skip_existing);
     }
 
     #[test]
@@ -222,7 +227,7 @@ mod tests {
             raw: RawType::F64,
         };
         assert_eq!(job.read, read);
-        assert!(job.choice.drop_invalid && job.choice.crop.is_some() && job.choice.filter.is_some());
+        assert!(job.choice.invalid == Invalid::Drop && job.choice.crop.is_some() && job.choice.filter.is_some());
         assert_eq!((job.choice.scale, job.up, job.watch, job.skip_existing), (Some(2.0), Up::Z, Some(7.0), true));
         assert!(job.files.frames.is_some() && job.files.shard.is_some());
         assert_eq!(job.files.png.as_deref(), Some(Path::new("p.png")));

@@ -16,8 +16,8 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError, RwLock};
 use std::time::Instant;
 
-use crate::shim::write_pvd;
 use pellicle::Reconstructor;
+use pellicle_io::write_pvd;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 

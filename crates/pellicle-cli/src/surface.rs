@@ -44,6 +44,8 @@ pub struct Made {
     pub stats: Stats,
     /// The mesh, if it was to be kept.
     pub mesh: Option<Mesh>,
+    /// Attributes that the format has no room for.
+    pub left_out: Vec<String>,
 }
 
 /// Makes the surface and writes it, in the current pool of threads. The reconstructor's memory is used again from call to
@@ -65,7 +67,7 @@ pub fn make(
     let stats = surface.stats();
     clock.begin("write");
     let path = order.target.path();
-    let mut kept = None;
+    let (mut kept, mut left_out) = (None, Vec::new());
     if order.target.is_stream() && !order.keep_mesh {
         write_stream(&surface, &attributes, &params, order)?;
     } else {
@@ -73,11 +75,11 @@ pub fn make(
         clock.begin("write");
         interrupt::check()?;
         let options = WriteOptions { comments: order.record(), up: order.up, ..WriteOptions::default() };
-        pellicle_io::write_mesh(path, &mesh, &options)?;
+        left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
         kept = order.keep_mesh.then_some(mesh);
     }
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes, stats, mesh: kept })
+    Ok(Made { vertices, triangles, bytes, stats, mesh: kept, left_out })
 }
 
 /// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.

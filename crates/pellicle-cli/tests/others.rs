@@ -111,3 +111,28 @@ fn a_reader_that_goes_away_is_no_error() {
     child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
     assert_eq!((child.wait().unwrap().code(), text.as_str()), (Some(0), ""));
 }
+
+#[test]
+fn convert_goes_through_formats_and_says_what_they_cannot_hold() {
+    let folder = Folder::new();
+    folder.write("frame.csv", b"x,y,z,vx,vy,vz,mass\n0,0,0,1,2,3,0.5\n1,0,0,-1,2,7,0.25\n");
+    let report = folder.run(&["convert", "frame.csv", "frame.bgeo", "--json"]).expect(0).json();
+    assert_eq!((report["kind"].as_str(), report["particles"].as_u64()), (Some("particles"), Some(2)));
+    assert_eq!(report["narrowed"], serde_json::json!(["position", "velocity", "mass"]));
+    let run = folder.run(&["convert", "frame.bgeo", "frame.xyz"]).expect(0);
+    assert!(run.stderr.contains("velocity, mass"), "{}", run.stderr);
+    folder.write("tetrahedron.obj", TETRAHEDRON.as_bytes());
+    for name in ["a.stl", "a.glb", "a.ply", "a.vtk"] {
+        folder.run(&["convert", "tetrahedron.obj", name, "--scale", "2"]).expect(0);
+        let report = folder.run(&["check", name, "--json"]).expect(0).json();
+        assert_eq!(
+            (report["vertices"].as_u64(), report["signed_volume"].as_f64()),
+            (Some(4), Some(8.0 / 6.0)),
+            "{name}"
+        );
+    }
+    let run = folder.run(&["convert", "a.ply", "a.csv"]).expect(0);
+    assert!(run.stderr.contains("vertices only"), "{}", run.stderr);
+    folder.run(&["convert", "a.ply", "./a.ply"]).expect(2);
+    folder.run(&["convert", "frame.csv", "a.obj"]).expect(1);
+}

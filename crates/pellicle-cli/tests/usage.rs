@@ -49,7 +49,7 @@ fn values_that_cannot_mean_anything_are_usage_errors_before_any_file_is_read() {
         &["-n", "-1"],
         &["--max-memory", "lots"],
         &["--max-memory", "0"],
-        &["-o", "surface.stl"],
+        &["-o", "surface.csv"],
         &["-o", "surface"],
         &["-q", "-v"],
         &["--no-such-option"],

@@ -33,9 +33,12 @@
 //!
 //! Nothing that a file contains makes a reader panic, hang, or reserve memory out of proportion to the file's size.
 
+mod columns;
+mod content;
 mod error;
 mod formats;
 mod meshes;
+mod output;
 mod particles;
 mod positional;
 mod rows;
@@ -43,13 +46,15 @@ mod scalar;
 mod source;
 mod table;
 
+pub use content::{Content, read_content};
 pub use error::{Error, Place};
 pub use formats::catalog::{Format, FormatInfo, formats};
 pub use formats::names::canonical as canonical_name;
 pub use meshes::{
     PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_writable, read_mesh,
-    remove_temporaries, write_file, write_mesh,
+    remove_temporaries, write_file, write_mesh, write_pvd,
 };
+pub use output::Written;
 pub use particles::{
     AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, PvdEntry, RawType, ReadOptions,
     read_particles, read_pvd, write_particles,

@@ -31,7 +31,7 @@ fn mesh_files(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
         triangles: (0..28).map(|i| [i, i + 1, i + 2]).collect(),
         ..Mesh::default()
     };
-    ["mesh.ply", "mesh.obj", "mesh.vtk"]
+    ["mesh.ply", "mesh.obj", "mesh.vtk", "mesh.stl", "mesh.glb"]
         .into_iter()
         .map(|name| {
             let path = folder.join(name);
@@ -66,6 +66,59 @@ fn files_cut_short_are_told_as_such() {
             }
         }
     }
+}
+
+#[test]
+fn meshes_cut_short_are_never_meshes() {
+    let folder = Folder::new();
+    for (name, bytes) in mesh_files(&folder) {
+        // A text of whole lines is complete as far as it goes.
+        if name.ends_with("obj") {
+            continue;
+        }
+        for i in 0..50 {
+            let path = folder.write(name, &bytes[..bytes.len() * i / 50]);
+            if let Ok(mesh) = read_mesh(&path) {
+                // VTK's point data may be missing as a whole.
+                assert_eq!((name, mesh.triangles.len()), ("mesh.vtk", 28), "{name} cut at {i}/50");
+            }
+        }
+    }
+}
+
+#[test]
+fn stl_and_glb_that_lie_are_refused() {
+    let folder = Folder::new();
+    let files = mesh_files(&folder);
+    let file = |name: &str| files.iter().find(|f| f.0 == name).map(|f| f.1.clone()).expect(name);
+    for count in [29u32, 1 << 20, u32::MAX] {
+        let mut stl = file("mesh.stl");
+        stl[80..84].copy_from_slice(&count.to_le_bytes());
+        let message = read_mesh(&folder.write("a.stl", stl)).expect_err("too many").to_string();
+        assert!(message.contains("cut short"), "{message}");
+    }
+    let glb = file("mesh.glb");
+    // Of equal length, so that the chunk's length stays right.
+    for (from, to, expected) in [
+        ("\"count\":30", "\"count\":99", "not in the binary chunk"),
+        ("\"count\":84", "\"count\":99", "not in the binary chunk"),
+        ("\"count\":30", "\"count\":0 ", "not in the binary chunk"),
+        ("\"indices\":1", "\"indices\":7", "number 7 of accessors"),
+        ("\"indices\":1", "\"indices\":0", "single unsigned integers"),
+        ("\"mesh\":0", "\"mesh\":3", "number 3 of meshes"),
+        ("\"nodes\":[0]", "\"nodes\":[4]", "number 4 of nodes"),
+        ("\"VEC3\"", "\"VEC2\"", "VEC3"),
+        ("\"buffer\":0", "\"buffer\":1", "other files"),
+        ("\"version\"", "\"versi\u{1}n\"", "JSON is damaged"),
+    ] {
+        let damaged = replaced(&glb, from.as_bytes(), to.as_bytes());
+        let message = read_mesh(&folder.write("a.glb", damaged)).expect_err(to).to_string();
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+    let mut wrong = glb.clone();
+    let end = wrong.len();
+    wrong[end - 4..].copy_from_slice(&30u32.to_le_bytes());
+    assert!(read_mesh(&folder.write("a.glb", wrong)).expect_err("an index").to_string().contains("vertex 30"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod common;
 use std::io::Write;
 
 use common::{Folder, read};
+use pellicle_io::read_mesh;
 
 /// The largest address space that the process has had, in bytes: counts what was reserved, used or not.
 fn peak() -> u64 {
@@ -73,11 +74,40 @@ fn lying_headers_and_bombs_cost_no_memory() {
         ("b.json", [b"[{".as_slice(), &b"\"a\":[1,2,3],".repeat(100_000)].concat()),
         ("c.json", [b"[{\"a\":[1,2,3,4,5,6,7,8,9]}".as_slice(), &b",{}".repeat(1 << 20), b"]"].concat()),
     ];
+    // A mesh that is shown again and again, and as much JSON as there may be, which unfolds when it is parsed.
+    let glb = |json: String, binary: &[u8]| {
+        let padding = json.len().next_multiple_of(4) - json.len();
+        let json = json + &" ".repeat(padding);
+        let len = 28 + json.len() + binary.len();
+        let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes(), kind, data].concat();
+        let head = [b"glTF".as_slice(), &2u32.to_le_bytes(), &(len as u32).to_le_bytes()].concat();
+        [head, chunk(b"JSON", json.as_bytes()), chunk(b"BIN\0", binary)].concat()
+    };
+    let shown: Vec<String> = (0..20_000).map(|_| "{\"mesh\":0}".into()).collect();
+    let numbers: Vec<String> = (0..20_000).map(|i| i.to_string()).collect();
+    let many = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[{}]}}],"nodes":[{}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"accessors":[{{"bufferView":0,"componentType":5126,"count":1000,"type":"VEC3"}}],"bufferViews":[{{"buffer":0,"byteLength":12000}}],"buffers":[{{"byteLength":12000}}]}}"#,
+        numbers.join(","),
+        shown.join(",")
+    );
+    let files: Vec<(&str, Vec<u8>)> = files
+        .into_iter()
+        .chain([
+            ("a.stl", [&[0; 80][..], &u32::MAX.to_le_bytes(), &[0; 1000]].concat()),
+            ("a.glb", glb(many, &[0; 12000])),
+            ("b.glb", glb(format!("[{}0]", "0,".repeat((2 << 20) - 4)), &[])),
+            ("c.glb", [b"glTF".as_slice(), &2u32.to_le_bytes(), &[255; 12], b"BIN\0", &[0; 40]].concat()),
+        ])
+        .collect();
     // The first reading settles what the process needs anyway.
     let _ = read(&folder.write("first.ply", b"ply\n"));
     let before = peak();
     for (name, bytes) in &files {
-        assert!(read(&folder.write(name, bytes)).is_err() || name.ends_with("obj"), "{name}");
+        let path = folder.write(name, bytes);
+        assert!(read(&path).is_err() || name.ends_with("obj"), "{name}");
+        let mesh = read_mesh(&path);
+        // An array instead of an object has no scene, and so no mesh.
+        assert!(mesh.is_err() || *name == "b.glb", "{name}");
         let grown = peak() - before;
         assert!(grown < 100 << 20, "{name}: {} MiB", grown >> 20);
     }

@@ -4,6 +4,7 @@
 //! makes it a usage error with exit code 2. Radii, factors and the threshold are named as in splashsurf, whose long names
 //! work as hidden aliases, so that its users can switch.
 
+mod convert;
 mod input;
 mod mesh;
 mod render;
@@ -13,6 +14,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub use convert::ConvertArgs;
 pub use input::InputArgs;
 pub use mesh::{BandArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
@@ -38,6 +40,8 @@ pub struct Cli {
 pub enum Verb {
     /// Particles to a closed triangle mesh
     Mesh(Box<MeshArgs>),
+    /// Particles or meshes to another format
+    Convert(Box<ConvertArgs>),
     /// What is in a particle or mesh file
     Info(InfoArgs),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
@@ -46,6 +50,8 @@ pub enum Verb {
     Render(Box<RenderArgs>),
     /// Make a splash of particles, its surface and pictures, to see that all works
     Demo(DemoArgs),
+    /// Which file types are read and written
+    Formats(FormatsArgs),
     /// Print a script that completes this command in your shell
     Completions(CompletionsArgs),
     /// Write the manual pages
@@ -57,10 +63,12 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Mesh(_) => "mesh",
+            Self::Convert(_) => "convert",
             Self::Info(_) => "info",
             Self::Check(_) => "check",
             Self::Render(_) => "render",
             Self::Demo(_) => "demo",
+            Self::Formats(_) => "formats",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
         }
@@ -70,7 +78,9 @@ impl Verb {
     pub fn talk(&self) -> Talk {
         let (talk, verbose) = match self {
             Self::Mesh(args) => (&args.talk, args.more.verbose),
+            Self::Convert(args) => (&args.talk, args.more.verbose),
             Self::Info(args) => (&args.talk, false),
+            Self::Formats(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
             Self::Render(args) => (&args.talk, args.more.verbose),
             Self::Demo(args) => (&args.talk, args.more.verbose),
@@ -113,6 +123,15 @@ pub struct VerboseArgs {
     /// Print parameters, stage times and peak memory too
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
+}
+
+/// `formats`.
+#[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
+pub struct FormatsArgs {
+    /// How much is said.
+    #[command(flatten)]
+    pub talk: TalkArgs,
 }
 
 /// `completions SHELL`.

@@ -28,12 +28,24 @@ use expression::Expression;
 pub struct Choice {
     /// Factor for positions and what scales with them, finite and greater than 0.
     pub scale: Option<f64>,
-    /// Whether particles with positions that are not finite are left out; otherwise they are errors.
-    pub drop_invalid: bool,
+    /// What becomes of particles whose positions are not finite.
+    pub invalid: Invalid,
     /// Particles outside this box are left out.
     pub crop: Option<Crop>,
     /// Particles that do not satisfy this are left out. The attributes that it names must have been read.
     pub filter: Option<Expression>,
+}
+
+/// What to do about positions that are NaN or infinite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Invalid {
+    /// The first one is an error.
+    #[default]
+    Refuse,
+    /// They are left out.
+    Drop,
+    /// They are no concern, but lie in no box.
+    Keep,
 }
 
 /// What became of a file's particles.
@@ -62,11 +74,18 @@ impl Choice {
     /// # Errors
     /// The first position that is not finite, unless they are dropped; an expression that does not fit the attributes.
     pub fn apply(&self, particles: &mut Particles, path: &Path) -> Result<Chosen, Failure> {
+        let before = particles.positions.len();
+        if self.crop.is_none() && self.filter.is_none() && self.invalid == Invalid::Keep {
+            // Nobody is left out.
+            if let Some(factor) = self.scale {
+                transform::scale(particles, factor);
+            }
+            return Ok(Chosen { kept: before, ..Chosen::default() });
+        }
         if let Some(factor) = self.scale {
             transform::scale(particles, factor);
         }
         let mut chosen = Chosen::default();
-        let before = particles.positions.len();
         let mut keep = self.finite(particles, path)?;
         let mut left = count(&keep);
         chosen.dropped_invalid = before - left;
@@ -97,10 +116,11 @@ impl Choice {
         let view = particles.positions.view();
         let is_finite = |i: usize| view.get(i).iter().all(|v| v.is_finite());
         let keep: Vec<bool> = (0..view.len()).into_par_iter().with_min_len(1 << 12).map(is_finite).collect();
-        match keep.iter().position(|&k| !k) {
-            Some(index) if !self.drop_invalid => {
+        match (self.invalid, keep.iter().position(|&k| !k)) {
+            (Invalid::Refuse, Some(index)) => {
                 Err(Failure::core(path, Error::NotFinite { index, position: view.get(index) }))
             }
+            (Invalid::Keep, Some(_)) => Ok(vec![true; keep.len()]),
             _ => Ok(keep),
         }
     }
@@ -120,7 +140,7 @@ mod tests {
     fn choice(scale: f64, crop: &[&str], filter: &str) -> Choice {
         Choice {
             scale: Some(scale),
-            drop_invalid: true,
+            invalid: Invalid::Drop,
             crop: Some(Crop::parse(crop).unwrap()),
             filter: Some(Expression::parse(filter).unwrap()),
         }
@@ -154,7 +174,7 @@ mod tests {
         let mut particles = sample(5);
         let PositionData::F64(positions) = &mut particles.positions else { panic!() };
         positions[2][0] = f64::NAN;
-        let choice = Choice { drop_invalid: false, ..choice(1.0, &["0,0,0", "1,1,1"], "x < 9") };
+        let choice = Choice { invalid: Invalid::Refuse, ..choice(1.0, &["0,0,0", "1,1,1"], "x < 9") };
         let message = choice.apply(&mut particles, Path::new("a.ply")).unwrap_err().to_string();
         assert!(message.contains("a.ply: particle 2") && message.contains("--drop-invalid"), "{message}");
     }

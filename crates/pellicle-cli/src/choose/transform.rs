@@ -3,6 +3,7 @@
 //! What is a length, or a length per time, scales along: positions, and the attributes that [`SCALED`] names. Everything
 //! else (densities, normals, colours, ids) stays as it is.
 
+use pellicle::Mesh;
 use pellicle_io::{AttributeValues, ParticleAttribute, Particles, PositionData};
 use rayon::prelude::*;
 
@@ -18,6 +19,14 @@ pub fn scale(particles: &mut Particles, factor: f64) {
     }
     let scaled = particles.attributes.iter_mut().filter(|a| SCALED.contains(&a.name.as_str()));
     scaled.for_each(|attribute| scale_attribute(attribute, factor));
+}
+
+/// The same for a mesh.
+pub fn scale_mesh(mesh: &mut Mesh, factor: f64) {
+    mesh.origin = mesh.origin.map(|x| x * factor);
+    scale_f32(mesh.vertices.as_flattened_mut(), factor);
+    let scaled = mesh.attributes.iter_mut().filter(|a| SCALED.contains(&a.name.as_str()));
+    scaled.for_each(|attribute| scale_f32(&mut attribute.values, factor));
 }
 
 fn scale_attribute(attribute: &mut ParticleAttribute, factor: f64) {

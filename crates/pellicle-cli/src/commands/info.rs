@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use pellicle::{Mesh, infer_radius};
-use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, ReadOptions, read_particles};
+use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, ReadOptions, read_content};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
@@ -23,16 +23,11 @@ pub fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
 
 /// A file with faces is a mesh, any other holds particles.
 fn look(path: &Path) -> Result<Info, Failure> {
-    if may_hold_mesh(path) {
-        let mesh = pellicle_io::read_mesh(path);
-        if let Ok(mesh) = &mesh
-            && !mesh.triangles.is_empty()
-        {
-            return Ok(Info::of_mesh(mesh));
-        }
-    }
     let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
-    Ok(Info::of_particles(&read_particles(path, &options)?))
+    Ok(match read_content(path, &options)? {
+        pellicle_io::Content::Mesh(mesh) => Info::of_mesh(&mesh),
+        pellicle_io::Content::Particles(particles) => Info::of_particles(&particles),
+    })
 }
 
 /// What there is to tell about a file.
@@ -199,12 +194,6 @@ fn is_finite(p: &[f64; 3]) -> bool {
 
 fn show_point(p: [f64; 3]) -> String {
     format!("({}, {}, {})", show_number(p[0]), show_number(p[1]), show_number(p[2]))
-}
-
-/// Whether the file may be a mesh at all, so that others are not read for nothing.
-fn may_hold_mesh(path: &Path) -> bool {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-    matches!(extension.as_deref(), Some("ply" | "obj" | "vtk" | "vtu" | "vtp"))
 }
 
 /// Box around the positions that are finite.

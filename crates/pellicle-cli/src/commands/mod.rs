@@ -1,7 +1,9 @@
 //! One file per verb.
 
 pub mod check;
+pub mod convert;
 pub mod demo;
+pub mod formats;
 pub mod info;
 pub mod manual;
 pub mod mesh;

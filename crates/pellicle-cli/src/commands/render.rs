@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use pellicle_io::{AttributeChoice, ReadOptions, Up};
+use pellicle_io::{AttributeChoice, Content, ReadOptions, Up, read_content};
 use pellicle_render::{Bounds, draw};
 use serde_json::json;
 
 use crate::args::RenderArgs;
 use crate::batch::{self, Made};
-use crate::choose::Choice;
+use crate::choose::{Choice, Invalid};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt;
@@ -17,7 +17,6 @@ use crate::picture::{self, Subject};
 use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::{Files, selection};
 use crate::sequence::pattern::Pattern;
-use crate::shim::{Content, read_content};
 
 /// All that `render` was asked to do, but for the list of frames.
 struct Job<'a> {
@@ -31,7 +30,7 @@ struct Job<'a> {
 pub fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
     interrupt::listen();
     let files = Files::resolve(&args.input, args.output.as_ref(), "png", &args.frames)?;
-    let (read, choice) = selection(&args.from, AttributeChoice::All)?;
+    let (read, choice) = selection(&args.from, AttributeChoice::All, Invalid::Keep)?;
     let job = Job { args, read, choice, up: args.from.up.into() };
     let plan = match args.turntable {
         Some(count) => turntable(&files, count, console)?,

@@ -7,6 +7,7 @@ use pellicle::Mesh;
 
 use crate::error::Error;
 use crate::meshes::{self, WriteOptions};
+use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
 
 /// A file format.
@@ -52,9 +53,9 @@ pub enum Format {
 }
 
 pub(crate) type ReadParticles = fn(&Path, &ReadOptions) -> Result<Particles, Error>;
-pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<(), Error>;
+pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<Written, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
-pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<(), Error>;
+pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
 
 /// A line of the table.
 #[derive(Debug)]
@@ -75,7 +76,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "PLY",
         extensions: &["ply"],
         read_particles: Some(particles::ply::read),
-        write_particles: None,
+        write_particles: Some(particles::write_ply::write),
         read_mesh: Some(meshes::read_ply::read),
         write_mesh: Some(meshes::write_ply::write),
     },
@@ -84,7 +85,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "Houdini BGEO classic",
         extensions: &["bgeo", "bgeo.gz", "bhclassic"],
         read_particles: Some(particles::bgeo::read),
-        write_particles: None,
+        write_particles: Some(particles::write_bgeo::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -93,7 +94,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "VTK legacy",
         extensions: &["vtk"],
         read_particles: Some(particles::vtk::read),
-        write_particles: None,
+        write_particles: Some(meshes::write_vtk::write_particles),
         read_mesh: Some(meshes::read_vtk::read),
         write_mesh: Some(meshes::write_vtk::write),
     },
@@ -102,18 +103,18 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "VTK XML unstructured grid",
         extensions: &["vtu"],
         read_particles: Some(particles::vtu::read),
-        write_particles: None,
+        write_particles: Some(meshes::write_vtkxml::write_vtu_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
-        write_mesh: None,
+        write_mesh: Some(meshes::write_vtkxml::write_vtu),
     },
     Row {
         format: Format::Vtp,
         name: "VTK XML polygons",
         extensions: &["vtp"],
         read_particles: Some(particles::vtu::read),
-        write_particles: None,
+        write_particles: Some(meshes::write_vtkxml::write_vtp_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
-        write_mesh: None,
+        write_mesh: Some(meshes::write_vtkxml::write_vtp),
     },
     Row {
         format: Format::Pvd,
@@ -129,7 +130,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "raw XYZ",
         extensions: &["xyz", "raw", "f32", "f64"],
         read_particles: Some(particles::xyz::read),
-        write_particles: None,
+        write_particles: Some(particles::write_xyz::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -138,7 +139,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "text and extended XYZ",
         extensions: &["extxyz"],
         read_particles: Some(particles::text_xyz::read),
-        write_particles: None,
+        write_particles: Some(particles::write_text_xyz::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -156,7 +157,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "CSV",
         extensions: &["csv", "tsv", "txt", "dat"],
         read_particles: Some(particles::csv::read),
-        write_particles: None,
+        write_particles: Some(particles::write_csv::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -165,7 +166,7 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "NumPy array",
         extensions: &["npy"],
         read_particles: Some(particles::npy::read),
-        write_particles: None,
+        write_particles: Some(particles::write_npy::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -174,16 +175,16 @@ pub(crate) static CATALOG: &[Row] = &[
         name: "NumPy archive",
         extensions: &["npz"],
         read_particles: Some(particles::npz::read),
-        write_particles: None,
+        write_particles: Some(meshes::write_npz::write_particles),
         read_mesh: None,
-        write_mesh: None,
+        write_mesh: Some(meshes::write_npz::write),
     },
     Row {
         format: Format::Json,
         name: "JSON",
         extensions: &["json"],
         read_particles: Some(particles::json::read),
-        write_particles: None,
+        write_particles: Some(particles::write_json::write),
         read_mesh: None,
         write_mesh: None,
     },
@@ -220,8 +221,8 @@ pub(crate) static CATALOG: &[Row] = &[
         extensions: &["stl"],
         read_particles: None,
         write_particles: None,
-        read_mesh: None,
-        write_mesh: None,
+        read_mesh: Some(meshes::read_stl::read),
+        write_mesh: Some(meshes::write_stl::write),
     },
     Row {
         format: Format::Glb,
@@ -229,8 +230,8 @@ pub(crate) static CATALOG: &[Row] = &[
         extensions: &["glb"],
         read_particles: None,
         write_particles: None,
-        read_mesh: None,
-        write_mesh: None,
+        read_mesh: Some(meshes::read_glb::read),
+        write_mesh: Some(meshes::write_glb::write),
     },
 ];
 

@@ -25,6 +25,14 @@ pub(crate) fn particles(path: &Path) -> Result<&'static Row, Error> {
     }
 }
 
+/// The format of a file that is there, whether of particles or of a mesh.
+pub(crate) fn content(path: &Path) -> Result<&'static Row, Error> {
+    match catalog::by_name(&lower_name(path)) {
+        Some(row) if row.read_mesh.is_some() => Ok(row),
+        _ => particles(path),
+    }
+}
+
 /// The format of a particle file to be written, from its name alone.
 pub(crate) fn particles_out(path: &Path) -> Result<WriteParticles, Error> {
     let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_particles);

@@ -3,6 +3,7 @@
 pub(crate) mod catalog;
 pub(crate) mod detect;
 pub(crate) mod names;
+pub(crate) mod npy_header;
 pub(crate) mod ply;
 pub(crate) mod vtk;
 pub(crate) mod vtkxml;

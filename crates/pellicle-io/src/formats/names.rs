@@ -1,6 +1,8 @@
 //! What the columns of a file mean: which are the position, which belong together as a vector, and the one name that
 //! every format's name for it is translated to.
 
+use super::catalog::Format;
+
 /// Columns that make one attribute.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Group {
@@ -38,6 +40,37 @@ pub(crate) fn is_position(name: &str) -> bool {
     const NAMES: [&str; 10] =
         ["position", "positions", "pos", "posd", "points", "point", "coordinates", "coords", "xyz", "particles"];
     NAMES.contains(&name.to_ascii_lowercase().as_str())
+}
+
+/// The name of an attribute in a file of `format`, from the name used in memory: the inverse of [`canonical`]. Never empty.
+///
+/// PLY and CSV name every component of a vector; the names of those are made from this one.
+pub(crate) fn foreign(format: Format, name: &str, components: usize) -> String {
+    match (format, name, components) {
+        (_, "", _) => foreign(format, "unnamed", components),
+        (Format::Bgeo, "velocity", 3) => "v".into(),
+        (Format::Bgeo, "normal", 3) => "N".into(),
+        (Format::Bgeo, "color", 3 | 4) => "Cd".into(),
+        (Format::Bgeo, "radius", 1) => "pscale".into(),
+        (Format::Npz, "normal", 3) => "normals".into(),
+        (Format::Glb, "normal", 3) => "NORMAL".into(),
+        (Format::Glb, "color", 3 | 4) => "COLOR_0".into(),
+        // An underscore marks what the specification does not know.
+        (Format::Glb, _, _) => {
+            let word = |c: char| if c.is_alphanumeric() { c.to_ascii_uppercase() } else { '_' };
+            std::iter::once('_').chain(name.chars().map(word)).collect()
+        }
+        _ => name.into(),
+    }
+}
+
+/// The name used in memory for an attribute of a glTF file. Its case is lost: all is upper case there.
+pub(crate) fn from_gltf(name: &str, components: usize) -> String {
+    match name.strip_prefix('_') {
+        Some(custom) => canonical(&custom.to_ascii_lowercase(), components),
+        None if name == "COLOR_0" => "color".into(),
+        None => canonical(&name.to_ascii_lowercase(), components),
+    }
 }
 
 /// Finds out what the columns of a table (a PLY element, a CSV file) mean by their names.
@@ -146,6 +179,24 @@ mod tests {
         assert_eq!(position, None);
         assert_eq!(attributes.len(), 2);
         assert_eq!(attributes[0].0, "größe");
+    }
+
+    #[test]
+    fn names_of_every_format_lead_back_to_the_name_in_memory() {
+        for (name, components) in [("velocity", 3), ("normal", 3), ("color", 3), ("color", 4), ("radius", 1), ("id", 1)]
+        {
+            for row in crate::formats::catalog::CATALOG {
+                let there = foreign(row.format, name, components);
+                let back = match row.format {
+                    Format::Glb => from_gltf(&there, components),
+                    _ => canonical(&there, components),
+                };
+                assert_eq!(back, name, "{there} in {}", row.name);
+            }
+        }
+        assert_eq!(foreign(Format::Bgeo, "radius", 1), "pscale");
+        assert_eq!(foreign(Format::Glb, "velocity", 3), "_VELOCITY");
+        assert_eq!(foreign(Format::Glb, "", 1), "_UNNAMED");
     }
 
     #[test]

@@ -61,27 +61,49 @@ fn choose_origin(positions: &[[f64; 3]]) -> [f64; 3] {
     if positions.as_flattened().iter().all(|&v| is_single(v)) {
         return [0.0; 3];
     }
-    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for position in positions {
+    let mut bounds = Bounds::default();
+    positions.iter().for_each(|&position| bounds.add(position));
+    bounds.origin()
+}
+
+/// A box around the finite coordinates of points.
+pub(super) struct Bounds {
+    min: [f64; 3],
+    max: [f64; 3],
+}
+
+impl Default for Bounds {
+    fn default() -> Bounds {
+        Bounds { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] }
+    }
+}
+
+impl Bounds {
+    pub(super) fn add(&mut self, position: [f64; 3]) {
         for axis in (0..3).filter(|&axis| position[axis].is_finite()) {
-            min[axis] = min[axis].min(position[axis]);
-            max[axis] = max[axis].max(position[axis]);
+            self.min[axis] = self.min[axis].min(position[axis]);
+            self.max[axis] = self.max[axis].max(position[axis]);
         }
     }
-    let extent = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, f64::max);
-    // The largest power of two that is not larger: an origin in its multiples leaves the last bits as they are.
-    let step = f64::from_bits(extent.to_bits() & 0x7ff0_0000_0000_0000);
-    [0, 1, 2].map(|axis| {
-        let farthest = min[axis].abs().max(max[axis].abs());
-        let center = min[axis] + (max[axis] - min[axis]) / 2.0;
-        if !center.is_finite() || farthest <= 4.0 * extent {
-            0.0
-        } else if step == 0.0 {
-            center
-        } else {
-            (center / step).round() * step
-        }
-    })
+
+    /// The origin for offsets in single precision: zero, or a round number amid the points where they lie far from it.
+    pub(super) fn origin(&self) -> [f64; 3] {
+        let Bounds { min, max } = *self;
+        let extent = (0..3).map(|axis| max[axis] - min[axis]).fold(0.0, f64::max);
+        // The largest power of two that is not larger: an origin in its multiples leaves the last bits as they are.
+        let step = f64::from_bits(extent.to_bits() & 0x7ff0_0000_0000_0000);
+        [0, 1, 2].map(|axis| {
+            let farthest = min[axis].abs().max(max[axis].abs());
+            let center = min[axis] + (max[axis] - min[axis]) / 2.0;
+            if !center.is_finite() || farthest <= 4.0 * extent {
+                0.0
+            } else if step == 0.0 {
+                center
+            } else {
+                (center / step).round() * step
+            }
+        })
+    }
 }
 
 #[cfg(test)]

@@ -5,24 +5,36 @@
 
 mod assemble;
 mod cells;
+mod glb;
+pub(crate) mod read_glb;
 pub(crate) mod read_obj;
 pub(crate) mod read_ply;
+pub(crate) mod read_stl;
 pub(crate) mod read_vtk;
 pub(crate) mod read_vtkxml;
-mod temporary;
+pub(crate) mod temporary;
+mod weld;
+pub(crate) mod write_glb;
+pub(crate) mod write_npz;
 pub(crate) mod write_obj;
 pub(crate) mod write_ply;
+mod write_pvd;
+pub(crate) mod write_stl;
 pub(crate) mod write_vtk;
+pub(crate) mod write_vtkxml;
 
 use std::path::Path;
 
 use pellicle::Mesh;
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::formats::detect;
+use crate::output::Written;
 
 pub use temporary::{check_writable, remove_temporaries, write_file};
 pub use write_ply::{PlyFile, PlyLayout};
+pub use write_pvd::write_pvd;
 
 /// How to write a mesh or particles.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,20 +65,25 @@ pub enum Up {
     Z,
 }
 
-/// Writes a mesh in the format that the extension of `path` names: PLY (binary, little-endian), OBJ, or legacy VTK
-/// (binary). OBJ has no room for attributes other than normals: they are left out. World positions are written: in single precision if the mesh's origin is zero, else in double precision.
+/// Writes a mesh in the format that the extension of `path` names: PLY, OBJ, STL, legacy VTK, VTP, VTU, binary glTF or an
+/// NPZ archive; binary and little-endian but for OBJ, which is text, and legacy VTK, which is big-endian. World positions
+/// are written: in single precision if the mesh's origin is zero, else in double precision. (STL has single precision
+/// only; glTF has the origin in its node.)
+///
+/// What the format has no room for is left out, and told by the result: OBJ holds normals and colours but no other
+/// attributes, STL neither.
 ///
 /// # Errors
 /// [`Error::Unsupported`] for another extension, [`Error::Length`] if normals or attributes do not match the number
 /// of vertices, [`Error::TooLarge`], [`Error::Sink`]. After an error nothing is left in the folder, and a file that
 /// existed under the name is unchanged.
-pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
     let write = detect::mesh_out(path)?;
     check_lengths(path, mesh)?;
     write(path, mesh, options)
 }
 
-/// Reads a mesh from PLY, OBJ or legacy VTK, by the file's extension.
+/// Reads a mesh from PLY, OBJ, STL, legacy VTK or binary glTF, by the file's extension.
 ///
 /// Faces of more than three corners become fans of triangles, which is right for convex ones. Positions in double
 /// precision become an origin and offsets such that no more than the last bit of an offset is lost. Normals and other
@@ -112,7 +129,21 @@ fn check_lengths(path: &Path, mesh: &Mesh) -> Result<(), Error> {
     Ok(())
 }
 
+/// Checks that every triangle has its vertices.
+fn check_indices(path: &Path, mesh: &Mesh) -> Result<(), Error> {
+    let count = mesh.vertices.len();
+    let wrong = mesh.triangles.par_iter().position_first(|t| t.iter().any(|&i| i as usize >= count));
+    match wrong {
+        None => Ok(()),
+        Some(at) => {
+            let corners = mesh.triangles[at];
+            let what = format!("triangle {at} refers to the vertices {corners:?}, but there are {count}");
+            Err(Error::Unsupported { path: path.into(), what })
+        }
+    }
+}
+
 /// A comment without line ends, which would end it.
-fn one_line(comment: &str) -> String {
+pub(crate) fn one_line(comment: &str) -> String {
     comment.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -1,9 +1,9 @@
-//! Wavefront OBJ in: positions, faces, and normals where each vertex has one of its own number. Texture coordinates,
-//! materials, groups, lines and free-form curves are passed over.
+//! Wavefront OBJ in: positions, faces, normals where each vertex has one of its own number, and colours where each vertex has
+//! three numbers behind its position (or six numbers and nothing else). Texture coordinates, materials, groups, lines and free-form curves are passed over.
 
 use std::path::Path;
 
-use pellicle::Mesh;
+use pellicle::{Mesh, VertexAttribute};
 
 use super::assemble::{place, push_polygon};
 use crate::error::Error;
@@ -56,6 +56,8 @@ const IGNORED: [&str; 37] = [
 struct Builder {
     positions: Vec<[f64; 3]>,
     normals: Vec<[f32; 3]>,
+    /// One per vertex as long as every vertex has one.
+    colors: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
     /// Whether a corner has another number for its normal than for its vertex, or none.
     has_other_normals: bool,
@@ -91,11 +93,17 @@ impl Builder {
         match words.next() {
             None => Ok(()),
             Some("v") => {
-                self.positions.push(numbers(words)?);
+                self.positions.push(numbers(&mut words)?);
+                // Behind the position: nothing, a weight, or a colour.
+                if self.colors.len() + 1 == self.positions.len()
+                    && let Ok(color) = numbers(&mut words)
+                {
+                    self.colors.push(color.map(|v| v as f32));
+                }
                 Ok(())
             }
             Some("vn") => {
-                self.normals.push(numbers(words)?.map(|v| v as f32));
+                self.normals.push(numbers(&mut words)?.map(|v| v as f32));
                 Ok(())
             }
             Some("f" | "fo") => self.face(words, number),
@@ -130,13 +138,18 @@ impl Builder {
             return Err(source.fail(format!("the face in line {line} refers to vertex {found}, but there are {count}")));
         }
         let use_normals = !self.has_other_normals && self.normals.len() == self.positions.len();
+        let mut attributes = Vec::new();
+        if self.colors.len() == self.positions.len() && !self.colors.is_empty() {
+            let values = self.colors.into_flattened();
+            attributes.push(VertexAttribute { name: "color".into(), components: 3, values });
+        }
         let (origin, vertices) = place(PositionData::F64(self.positions));
         let normals = if use_normals { self.normals } else { Vec::new() };
-        Ok(Mesh { origin, vertices, normals, triangles: self.triangles, attributes: Vec::new() })
+        Ok(Mesh { origin, vertices, normals, triangles: self.triangles, attributes })
     }
 }
 
-fn numbers<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<[f64; 3], String> {
+fn numbers<'a>(words: &mut impl Iterator<Item = &'a str>) -> Result<[f64; 3], String> {
     let mut out = [0.0; 3];
     for value in &mut out {
         let word = words.next().ok_or("three numbers are expected")?;

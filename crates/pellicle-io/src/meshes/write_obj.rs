@@ -1,4 +1,5 @@
-//! Wavefront OBJ out: positions, normals, faces. The format has no room for other attributes.
+//! Wavefront OBJ out: positions, normals, faces. The format has no room for attributes but one: the attribute `color` becomes
+//! three more numbers behind each position, as many programs have it (an opacity is left out).
 //!
 //! Numbers are written in the fewest digits that read back to the same value. Lines are formatted by several threads and
 //! written in order.
@@ -13,28 +14,37 @@ use rayon::prelude::*;
 use super::temporary::Temporary;
 use super::{WriteOptions, one_line};
 use crate::error::Error;
+use crate::output::Written;
 
 /// Lines formatted by one task: some 300 kB.
 const TASK: usize = 1 << 13;
 /// Tasks formatted before their text is written: keeps the text in memory small.
 const BATCH: usize = 64;
 
-pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
+    let color = mesh.attributes.iter().find(|a| a.name == "color" && matches!(a.components, 3 | 4));
     let file = Temporary::create(path)?;
     for comment in &options.comments {
         put(&file, format!("# {}\n", one_line(comment)).as_bytes())?;
     }
-    if mesh.origin == [0.0; 3] {
-        lines(&file, &mesh.vertices, |out, [x, y, z]| writeln!(out, "v {x} {y} {z}"))?;
-    } else {
-        lines(&file, &mesh.vertices, |out, v| {
+    let is_single = mesh.origin == [0.0; 3];
+    lines(&file, &mesh.vertices, |out, i, v| {
+        if is_single {
+            write!(out, "v {} {} {}", v[0], v[1], v[2])?;
+        } else {
             let [x, y, z] = [0, 1, 2].map(|axis| mesh.origin[axis] + f64::from(v[axis]));
-            writeln!(out, "v {x} {y} {z}")
-        })?;
-    }
-    lines(&file, &mesh.normals, |out, [x, y, z]| writeln!(out, "vn {x} {y} {z}"))?;
+            write!(out, "v {x} {y} {z}")?;
+        }
+        if let Some(color) = color {
+            let c = &color.values[i * color.components..];
+            write!(out, " {} {} {}", c[0], c[1], c[2])?;
+        }
+        out.push('\n');
+        Ok(())
+    })?;
+    lines(&file, &mesh.normals, |out, _, [x, y, z]| writeln!(out, "vn {x} {y} {z}"))?;
     let has_normals = !mesh.normals.is_empty();
-    lines(&file, &mesh.triangles, |out, triangle| {
+    lines(&file, &mesh.triangles, |out, _, triangle| {
         out.push('f');
         for index in triangle {
             let digits = Digits::of(u64::from(index) + 1);
@@ -48,7 +58,19 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
         out.push('\n');
         Ok(())
     })?;
-    file.finish()
+    file.finish()?;
+    let mut written = Written::default();
+    for attribute in &mesh.attributes {
+        match color {
+            Some(color) if std::ptr::eq(color, attribute) => {
+                if color.components == 4 {
+                    written.narrowed.push(color.name.clone());
+                }
+            }
+            _ => written.left_out.push(attribute.name.clone()),
+        }
+    }
+    Ok(written)
 }
 
 /// An index in decimals: several times as fast as the formatting of the standard library, and most of a file.
@@ -74,20 +96,21 @@ impl Digits {
     }
 }
 
-/// Writes a line for each item.
+/// Writes a line for each item, which `format` gets with its number.
 fn lines<T: Copy + Sync>(
     file: &Temporary,
     items: &[T],
-    format: impl Fn(&mut String, T) -> std::fmt::Result + Sync,
+    format: impl Fn(&mut String, usize, T) -> std::fmt::Result + Sync,
 ) -> Result<(), Error> {
-    for batch in items.chunks(TASK * BATCH) {
+    for (b, batch) in items.chunks(TASK * BATCH).enumerate() {
         let texts: Vec<String> = batch
             .par_chunks(TASK)
-            .map(|part| {
+            .enumerate()
+            .map(|(p, part)| {
                 let mut text = String::with_capacity(part.len() * 40);
-                for &item in part {
+                for (i, &item) in part.iter().enumerate() {
                     // Writing to memory cannot fail.
-                    let _ = format(&mut text, item);
+                    let _ = format(&mut text, (b * BATCH + p) * TASK + i, item);
                 }
                 text
             })

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use super::WriteOptions;
 use super::temporary::Temporary;
 use crate::error::Error;
+use crate::output::Written;
 use crate::positional::{reserve, write_all_at};
 
 /// Bytes of a triangle in the file.
@@ -264,7 +265,7 @@ fn header(layout: &PlyLayout) -> String {
 }
 
 /// The names of an attribute's components: single words, none of which is that of a coordinate.
-fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<String> {
+pub(crate) fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<String> {
     let word: String = name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
     match (word.as_str(), components) {
         ("velocity", 3) => ["vx", "vy", "vz"].map(String::from).into(),
@@ -277,7 +278,7 @@ fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<Strin
 }
 
 /// Writes a whole mesh.
-pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
     let layout = PlyLayout {
         vertex_count: mesh.vertices.len() as u64,
         triangle_count: mesh.triangles.len() as u64,
@@ -300,5 +301,6 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     mesh.triangles.par_chunks(TASK).enumerate().try_for_each_init(Vec::new, |buffer, (i, triangles)| {
         file.write_triangles((i * TASK) as u64, triangles, buffer)
     })?;
-    file.finish()
+    file.finish()?;
+    Ok(Written::default())
 }

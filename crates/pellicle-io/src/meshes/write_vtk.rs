@@ -1,98 +1,91 @@
-//! Legacy VTK out: a binary POLYDATA of version 4.2, which every VTK reads; normals and attributes as POINT_DATA.
+//! Legacy VTK out, meshes and particles: a binary POLYDATA of version 4.2, which every VTK reads; normals and attributes
+//! as POINT_DATA. Particles are cells of one point, so that programs show them.
 
-use std::io::Write;
 use std::path::Path;
 
-use pellicle::{Mesh, VertexAttribute};
+use pellicle::Mesh;
 
-use super::temporary::Temporary;
 use super::{WriteOptions, one_line};
+use crate::columns::{Points, Records, Values};
 use crate::error::Error;
+use crate::formats::catalog::Format;
+use crate::output::{Output, Written};
+use crate::particles::Particles;
+use crate::scalar::{Endian, Scalar};
 
-/// Bytes formatted between two writes.
-const CHUNK: usize = 64 << 10;
 /// Bytes of the title, with its line end.
 const MAX_TITLE: usize = 255;
+/// Numbers in the list of cells, whose length has 31 bits.
+const MAX_CELLS: u64 = 1 << 31;
 
-pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<(), Error> {
-    let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
-    let available = 1 << 31;
-    for (what, needed) in [("vertices with indices of 31 bits", vertices), ("triangles in a VTK file", 4 * triangles)] {
-        if needed as u64 > available {
-            return Err(Error::TooLarge { path: path.into(), what, needed: needed as u64, available });
+pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
+    let triangles = mesh.triangles.len();
+    let corners = Values::U32(mesh.triangles.as_flattened());
+    let cells = Records::new(vec![(1, Values::Count { start: 3, step: 0, len: triangles }), (3, corners)]);
+    write_points(path, &Points::of_mesh(mesh), "POLYGONS", triangles, &cells, options)
+}
+
+pub(crate) fn write_particles(path: &Path, particles: &Particles, options: &WriteOptions) -> Result<Written, Error> {
+    let points = Points::of_particles(particles);
+    let len = points.count;
+    let one = Values::Count { start: 1, step: 0, len };
+    let cells = Records::new(vec![(1, one), (1, Values::Count { start: 0, step: 1, len })]);
+    write_points(path, &points, "VERTICES", len, &cells, options)
+}
+
+fn write_points(
+    path: &Path,
+    points: &Points<'_>,
+    keyword: &str,
+    count: usize,
+    cells: &Records<'_>,
+    options: &WriteOptions,
+) -> Result<Written, Error> {
+    let size = count as u64 * (cells.stride / 4) as u64;
+    for (what, needed) in [("points with indices of 31 bits", points.count as u64), ("numbers in cells", size)] {
+        if needed > MAX_CELLS {
+            return Err(Error::TooLarge { path: path.into(), what, needed, available: MAX_CELLS });
         }
     }
-    let mut out = Output { file: Temporary::create(path)?, buffer: Vec::with_capacity(CHUNK + 64) };
-    out.text(&format!("# vtk DataFile Version 4.2\n{}\nBINARY\nDATASET POLYDATA\n", title(options)))?;
-    write_points(&mut out, mesh)?;
-    out.text(&format!("\nPOLYGONS {triangles} {}\n", 4 * triangles))?;
-    for triangle in &mesh.triangles {
-        out.numbers([3, triangle[0], triangle[1], triangle[2]].map(u32::to_be_bytes).as_flattened())?;
+    let mut out = Output::create(path, None)?;
+    out.bytes(format!("# vtk DataFile Version 4.2\n{}\nBINARY\nDATASET POLYDATA\n", title(options)).as_bytes())?;
+    out.bytes(format!("POINTS {} {}\n", points.count, type_name(points.positions)).as_bytes())?;
+    out.array(points.positions, Endian::Big)?;
+    out.bytes(format!("\n{keyword} {count} {size}\n").as_bytes())?;
+    out.records(cells, count, Endian::Big)?;
+    out.bytes(format!("\nPOINT_DATA {}\n", points.count).as_bytes())?;
+    let names = points.names(Format::Vtk, &[]);
+    let (mut normals, mut fields) = (Vec::new(), Vec::new());
+    for (column, name) in points.columns.iter().zip(&names) {
+        let is_normal = name == "normal" && column.components == 3 && matches!(column.values, Values::F32(_));
+        if is_normal { normals.push((column, name)) } else { fields.push((column, name)) }
     }
-    out.text(&format!("\nPOINT_DATA {vertices}\n"))?;
-    if !mesh.normals.is_empty() {
-        out.text("NORMALS Normals float\n")?;
-        write_floats(&mut out, mesh.normals.as_flattened())?;
+    for (column, name) in normals {
+        out.bytes(format!("NORMALS {name} float\n").as_bytes())?;
+        out.array(column.values, Endian::Big)?;
+        out.bytes(b"\n")?;
     }
-    if !mesh.attributes.is_empty() {
-        out.text(&format!("FIELD FieldData {}\n", mesh.attributes.len()))?;
+    if !fields.is_empty() {
+        out.bytes(format!("FIELD FieldData {}\n", fields.len()).as_bytes())?;
     }
-    for VertexAttribute { name, components, values } in &mesh.attributes {
-        out.text(&format!("{} {components} {vertices} float\n", encode_name(name)))?;
-        write_floats(&mut out, values)?;
+    for (column, name) in fields {
+        let (name, components, kind) = (encode_name(name), column.components, type_name(column.values));
+        out.bytes(format!("{name} {components} {} {kind}\n", points.count).as_bytes())?;
+        out.array(column.values, Endian::Big)?;
+        out.bytes(b"\n")?;
     }
-    out.flush()?;
-    out.file.finish()
+    out.finish()?;
+    Ok(Written::default())
 }
 
-fn write_points(out: &mut Output, mesh: &Mesh) -> Result<(), Error> {
-    let origin = mesh.origin;
-    let is_double = origin != [0.0; 3];
-    out.text(&format!("POINTS {} {}\n", mesh.vertices.len(), if is_double { "double" } else { "float" }))?;
-    if !is_double {
-        for v in &mesh.vertices {
-            out.numbers(v.map(f32::to_be_bytes).as_flattened())?;
-        }
-        return Ok(());
-    }
-    for v in &mesh.vertices {
-        let world = [0, 1, 2].map(|axis| origin[axis] + f64::from(v[axis]));
-        out.numbers(world.map(f64::to_be_bytes).as_flattened())?;
-    }
-    Ok(())
-}
-
-fn write_floats(out: &mut Output, values: &[f32]) -> Result<(), Error> {
-    for value in values {
-        out.numbers(&value.to_be_bytes())?;
-    }
-    out.text("\n")
-}
-
-/// A file and the bytes on their way to it.
-struct Output {
-    file: Temporary,
-    buffer: Vec<u8>,
-}
-
-impl Output {
-    fn text(&mut self, text: &str) -> Result<(), Error> {
-        self.numbers(text.as_bytes())
-    }
-
-    #[inline]
-    fn numbers(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        if self.buffer.len() >= CHUNK {
-            self.flush()?;
-        }
-        self.buffer.extend_from_slice(bytes);
-        Ok(())
-    }
-
-    fn flush(&mut self) -> Result<(), Error> {
-        self.file.file().write_all(&self.buffer).map_err(|source| self.file.fail("write", source))?;
-        self.buffer.clear();
-        Ok(())
+fn type_name(values: Values<'_>) -> &'static str {
+    match values.scalar() {
+        Scalar::F64 => "double",
+        Scalar::I64 => "vtktypeint64",
+        Scalar::I32 => "int",
+        Scalar::U32 => "unsigned_int",
+        Scalar::U8 => "unsigned_char",
+        _ => "float",
     }
 }
 
@@ -110,11 +103,13 @@ fn title(options: &WriteOptions) -> String {
 fn encode_name(name: &str) -> String {
     let mut out = String::with_capacity(name.len());
     for c in name.chars() {
-        if c.is_ascii_whitespace() || c.is_ascii_control() || c == '%' || c == '"' {
-            out.push_str(&format!("%{:02X}", c as u32));
+        if c.is_whitespace() || c.is_control() || c == '%' || c == '"' {
+            for byte in c.to_string().bytes() {
+                out.push_str(&format!("%{byte:02X}"));
+            }
         } else {
             out.push(c);
         }
     }
-    if out.is_empty() { "unnamed".into() } else { out }
+    out
 }

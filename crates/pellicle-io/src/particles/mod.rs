@@ -19,6 +19,13 @@ pub(crate) mod pvd;
 pub(crate) mod text_xyz;
 pub(crate) mod vtk;
 pub(crate) mod vtu;
+pub(crate) mod write_bgeo;
+pub(crate) mod write_csv;
+pub(crate) mod write_json;
+pub(crate) mod write_npy;
+pub(crate) mod write_ply;
+pub(crate) mod write_text_xyz;
+pub(crate) mod write_xyz;
 pub(crate) mod xyz;
 
 use std::borrow::Cow;
@@ -29,6 +36,7 @@ use pellicle::Positions;
 use crate::error::Error;
 use crate::formats::detect;
 use crate::meshes::WriteOptions;
+use crate::output::Written;
 
 pub use pvd::{PvdEntry, read_pvd};
 
@@ -281,10 +289,30 @@ pub fn read_particles(path: &Path, options: &ReadOptions) -> Result<Particles, E
     }
 }
 
-/// Writes particles in the format that the extension of `path` names.
+/// Writes particles in the format that the extension of `path` names: PLY, classic BGEO (compressed where the name ends in
+/// `.bgeo.gz`), legacy VTK, VTU, VTP, raw (`.xyz` in single, `.f64` in double precision), extended XYZ, CSV, NPY, NPZ or
+/// JSON.
+///
+/// Positions and attributes keep their precision where the format has it. What it has no room for is left out or narrowed,
+/// and told by the result: raw and NPY files hold positions only; BGEO is in single precision; integers of 64 bits become
+/// narrower ones in PLY and BGEO where all fit.
 ///
 /// # Errors
-/// As [`write_mesh`](crate::write_mesh).
-pub fn write_particles(path: &Path, particles: &Particles, options: &WriteOptions) -> Result<(), Error> {
-    detect::particles_out(path)?(path, particles, options)
+/// As [`write_mesh`](crate::write_mesh); JSON cannot hold numbers that are not finite.
+pub fn write_particles(path: &Path, particles: &Particles, options: &WriteOptions) -> Result<Written, Error> {
+    let write = detect::particles_out(path)?;
+    let count = particles.positions.len();
+    for attribute in &particles.attributes {
+        let (found, expected) = (attribute.values.len(), count.saturating_mul(attribute.components));
+        if found != expected {
+            let what = format!("the attribute '{}'", attribute.name);
+            return Err(Error::Length { path: path.into(), what, found: found as u64, expected: expected as u64 });
+        }
+    }
+    write(path, particles, options)
+}
+
+/// The names of all attributes, for formats that leave them out.
+fn attribute_names(particles: &Particles) -> Vec<String> {
+    particles.attributes.iter().map(|attribute| attribute.name.clone()).collect()
 }

@@ -45,6 +45,11 @@ impl Reader {
         self.skip_numbers(Scalar::I32, count, "cell types")
     }
 
+    /// Passes over the points.
+    pub(crate) fn skip_points(&mut self, scalar: Scalar, count: u64) -> Result<(), Error> {
+        self.skip_numbers(scalar, count.saturating_mul(3), "points")
+    }
+
     /// Passes over an array.
     pub(crate) fn skip_array(&mut self, array: &Array) -> Result<(), Error> {
         let values = array.tuples.saturating_mul(array.components as u64);

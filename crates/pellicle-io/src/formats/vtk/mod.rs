@@ -38,6 +38,13 @@ pub(crate) struct Cells {
     has_offsets: bool,
 }
 
+impl Cells {
+    /// Whether there is no cell.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count <= u64::from(self.has_offsets)
+    }
+}
+
 /// Type of an array's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Content {

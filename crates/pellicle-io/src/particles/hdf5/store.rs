@@ -155,6 +155,10 @@ impl Store {
 
 fn read_rows<D: Target>(numbers: &Numbers, rows: Range<u64>, out: &mut [D]) -> hdf5_reader::error::Result<()> {
     let go = match numbers.scalar {
+        Scalar::F16 => {
+            let what = "half-precision numbers are not read: store them in single precision".to_owned();
+            return Err(hdf5_reader::error::Error::InvalidData(what));
+        }
         Scalar::I8 => read_typed::<D, i8>,
         Scalar::U8 => read_typed::<D, u8>,
         Scalar::I16 => read_typed::<D, i16>,

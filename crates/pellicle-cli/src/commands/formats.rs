@@ -1,0 +1,43 @@
+//! `formats`: which file types are read and written, from the table that reading and writing go by.
+
+use pellicle_io::{FormatInfo, formats};
+use serde_json::json;
+
+use crate::args::FormatsArgs;
+use crate::console::Console;
+use crate::failure::Failure;
+
+/// Runs the verb.
+pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
+    console.say(format_args!("{:<28}{:<12}{:<12}extensions", "format", "particles", "meshes"));
+    for FormatInfo { name, extensions, reads_particles, writes_particles, reads_meshes, writes_meshes, .. } in formats()
+    {
+        let particles = ways(reads_particles, writes_particles);
+        let meshes = ways(reads_meshes, writes_meshes);
+        let extensions: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
+        console.say(format_args!("{name:<28}{particles:<12}{meshes:<12}{}", extensions.join(" ")));
+    }
+    console.report(|| {
+        let entry = |info: FormatInfo| {
+            json!({
+                "name": info.name,
+                "extensions": info.extensions,
+                "reads_particles": info.reads_particles,
+                "writes_particles": info.writes_particles,
+                "reads_meshes": info.reads_meshes,
+                "writes_meshes": info.writes_meshes,
+            })
+        };
+        json!({"formats": formats().map(entry).collect::<Vec<_>>()})
+    });
+    Ok(())
+}
+
+fn ways(reads: bool, writes: bool) -> &'static str {
+    match (reads, writes) {
+        (true, true) => "in, out",
+        (true, false) => "in",
+        (false, true) => "out",
+        (false, false) => "-",
+    }
+}
