@@ -46,12 +46,51 @@ fn lying_headers_and_bombs_cost_no_memory() {
         ("a.csv", [b"x,y,z\n1,2,3\n".as_slice(), &[b'1'; 100_000]].concat()),
         ("a.obj", vec![b'f'; 300_000]),
     ];
+    let files = files.into_iter().chain(xml_bombs());
     // The first reading settles what the process needs anyway.
     let _ = read(&folder.write("first.ply", b"ply\n"));
     let before = peak();
-    for (name, bytes) in &files {
-        assert!(read(&folder.write(name, bytes)).is_err() || name.ends_with("obj"), "{name}");
+    for (name, bytes) in files {
+        assert!(read(&folder.write(name, &bytes)).is_err() || name.ends_with("obj"), "{name}");
         let grown = peak() - before;
         assert!(grown < 100 << 20, "{name}: {} MiB", grown >> 20);
     }
+}
+
+/// VTK XML files that announce much, in blocks that hold nothing or much more than they should.
+fn xml_bombs() -> Vec<(&'static str, Vec<u8>)> {
+    let file = |compressor: &str, points: u64, data: &[u8]| {
+        let head = format!(
+            "<VTKFile type=\"PolyData\" header_type=\"UInt64\" compressor=\"{compressor}\"><PolyData>\
+             <Piece NumberOfPoints=\"{points}\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" \
+             format=\"appended\" offset=\"0\"/></Points></Piece></PolyData><AppendedData encoding=\"raw\">_"
+        );
+        [head.as_bytes(), data].concat()
+    };
+    let sizes = |sizes: &[u64]| sizes.iter().flat_map(|size| size.to_le_bytes()).collect::<Vec<u8>>();
+    let zeros = vec![0u8; 400 << 20];
+    let mut zlib = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    zlib.write_all(&zeros).expect("in memory");
+    let zlib = zlib.finish().expect("in memory");
+    let options = lzma_rust2::XzOptions::with_preset(1);
+    let mut xz = lzma_rust2::XzWriter::new(Vec::new(), options).expect("in memory");
+    xz.write_all(&zeros[..100 << 20]).expect("in memory");
+    let xz = xz.finish().expect("in memory");
+    drop(zeros);
+    let (long, xz_long) = (zlib.len() as u64, xz.len() as u64);
+    vec![
+        // Honest about what is out of proportion.
+        (
+            "zlib.vtp",
+            file("vtkZLibDataCompressor", (400 << 20) / 12, &[sizes(&[1, 400 << 20, 0, long]), zlib.clone()].concat()),
+        ),
+        (
+            "lzma.vtp",
+            file("vtkLZMADataCompressor", (100 << 20) / 12, &[sizes(&[1, 100 << 20, 100 << 20, xz_long]), xz].concat()),
+        ),
+        // Holds more than it says.
+        ("more.vtp", file("vtkZLibDataCompressor", 100, &[sizes(&[1, 1200, 0, long]), zlib].concat())),
+        ("blocks.vtp", file("vtkLZ4DataCompressor", 1 << 40, &sizes(&[1 << 60, 1, 0, 1]))),
+        ("sum.vtp", file("vtkLZ4DataCompressor", 1 << 20, &sizes(&[2, 6 << 20, 0, 1 << 63, 1 << 63]))),
+    ]
 }

@@ -12,15 +12,11 @@ pub(crate) struct Foreign {
 }
 
 /// Houdini's own converter; it comes with every edition.
-const GCONVERT: &str = "convert it by Houdini's command gconvert IN OUT.bhclassic, or save it as classic .bhclassic or as .ply";
+const GCONVERT: &str =
+    "convert it by Houdini's command gconvert IN OUT.bhclassic, or save it as classic .bhclassic or as .ply";
 
 static FOREIGN: &[Foreign] = &[
-    Foreign {
-        what: "Houdini's compressed geometry",
-        endings: &[".bgeo.sc", ".geo.sc"],
-        magic: &[],
-        convert: GCONVERT,
-    },
+    Foreign { what: "Houdini's compressed geometry", endings: &[".bgeo.sc", ".geo.sc"], magic: &[], convert: GCONVERT },
     Foreign {
         what: "Houdini's newer, JSON-based geometry",
         endings: &[".geo", ".geo.gz"],
