@@ -208,7 +208,9 @@ impl ReadOptions {
 /// extension tells nothing.
 ///
 /// Read are: raw little-endian `f32` triples (`.xyz`, `.raw`), NumPy arrays (`.npy`), PLY, Houdini's classic BGEO,
-/// legacy VTK, VTU and VTP, CSV.
+/// legacy VTK, VTU and VTP (ASCII, base64 or appended; zlib, LZ4 or LZMA), CSV; of ParaView's lists of files (`.pvd`,
+/// `.pvtu`, `.pvtp`) a step with all its parts; with the feature `hdf5` HDF5 of SWIFT, Gadget, PySPH and VTKHDF, and any
+/// dataset of three columns.
 ///
 /// # Errors
 /// Whatever [`Error`] names except for its `Length` and `Sink`. Nothing that a file contains makes this panic, or use memory out of proportion to
