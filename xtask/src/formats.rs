@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::python;
-use crate::test::{cargo, echo, succeeds, target};
+use crate::test::{Extent, cargo, echo, succeeds, target};
 
 /// Runs the tests that witness, then writes the tables. Whether all went well.
 pub fn run(root: &Path) -> bool {
@@ -13,7 +13,7 @@ pub fn run(root: &Path) -> bool {
     if !succeeds(cargo(root, &["build", "--quiet", "--package", "pellicle-cli"])) {
         return false;
     }
-    let python = match python::interpreter(root, &target) {
+    let python = match python::interpreter(root, &target, Extent::All) {
         Ok(python) => python,
         Err(reason) => {
             println!("the witnesses cannot be called: {reason}");

@@ -11,7 +11,7 @@ use crate::test::{Extent, echo};
 
 /// Runs `tests/*.py` against the program at `binary`.
 pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
-    let python = match interpreter(root, target) {
+    let python = match interpreter(root, target, extent) {
         Ok(python) => python,
         Err(reason) => {
             let skipped = count_tests(root);
@@ -38,23 +38,31 @@ pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
 }
 
 /// The environment's interpreter, made ready; or why there is none. `PELLICLE_PYTHON` names one that has the packages.
-pub fn interpreter(root: &Path, target: &Path) -> Result<PathBuf, String> {
+pub fn interpreter(root: &Path, target: &Path, extent: Extent) -> Result<PathBuf, String> {
     if let Some(chosen) = std::env::var_os("PELLICLE_PYTHON") {
         return Ok(chosen.into());
     }
     let folder = target.join("venv");
-    let wanted = root.join("tests/requirements.txt");
+    let mut wanted = vec![root.join("tests/requirements.txt")];
+    if extent == Extent::All {
+        wanted.push(root.join("tests/requirements-extra.txt"));
+    }
     let installed = folder.join("installed.txt");
     let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let pins = std::fs::read(&wanted).map_err(|e| format!("{}: {e}", wanted.display()))?;
-    if python.exists() && std::fs::read(&installed).is_ok_and(|found| found == pins) {
+    let mut pins = String::new();
+    for file in &wanted {
+        pins += &std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
+    }
+    // What has more packages than are wanted will do.
+    if python.exists() && std::fs::read_to_string(&installed).is_ok_and(|found| found.starts_with(&pins)) {
         return Ok(python);
     }
-    println!("making {} with the packages of tests/requirements.txt", folder.display());
+    println!("making {} with the packages of {} files of requirements", folder.display(), wanted.len());
     let name = if cfg!(windows) { "python" } else { "python3" };
     finish("making the environment", Command::new(name).args(["-m", "venv", "--clear"]).arg(&folder))?;
     let mut pip = Command::new(&python);
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--retries", "2", "-r"]).arg(&wanted);
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--retries", "2"]);
+    wanted.iter().for_each(|file| _ = pip.arg("-r").arg(file));
     finish("installing packages (no network?)", &mut pip)?;
     // Written last: an environment that was left half-made is made again.
     std::fs::write(&installed, pins).map_err(|e| format!("{}: {e}", installed.display()))?;

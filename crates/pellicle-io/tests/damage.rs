@@ -31,14 +31,13 @@ fn mesh_files(folder: &Folder) -> Vec<(&'static str, Vec<u8>)> {
         triangles: (0..28).map(|i| [i, i + 1, i + 2]).collect(),
         ..Mesh::default()
     };
-    ["mesh.ply", "mesh.obj", "mesh.vtk", "mesh.stl", "mesh.glb"]
-        .into_iter()
-        .map(|name| {
-            let path = folder.join(name);
-            write_mesh(&path, &mesh, &WriteOptions::default()).expect(name);
-            (name, std::fs::read(&path).expect(name))
-        })
-        .collect()
+    let written = ["mesh.ply", "mesh.obj", "mesh.vtk", "mesh.stl", "mesh.glb"].into_iter().map(|name| {
+        let path = folder.join(name);
+        write_mesh(&path, &mesh, &WriteOptions::default()).expect(name);
+        (name, std::fs::read(&path).expect(name))
+    });
+    let xml = [("mesh.vtp", samples::mesh_xml(false)), ("mesh.vtu", samples::mesh_xml(true))];
+    written.chain(xml).collect()
 }
 
 #[test]
@@ -234,6 +233,14 @@ fn counts_that_lie_are_refused() {
         let bytes = replaced(sample("single.bi4"), &from, &[&from[..4], &count.to_le_bytes()].concat());
         assert!(try_all(&folder.write("a.bi4", bytes)).is_none(), "BI4 with {count}");
     }
+    // The shape of a dataset in one piece, whose header has no checksum.
+    if cfg!(feature = "hdf5") {
+        for count in [41u64, 1 << 20, 1 << 32, 1 << 63, u64::MAX] {
+            let shape = |count: u64| [count.to_le_bytes(), 3u64.to_le_bytes()].concat();
+            let bytes = replaced(sample("snapshot.hdf5"), &shape(COUNT as u64), &shape(count));
+            assert!(try_all(&folder.write("snapshot.hdf5", bytes)).is_none(), "snapshot.hdf5 with {count}");
+        }
+    }
     for count in [41u32, 1 << 24, u32::MAX, -40i32 as u32] {
         let bytes = replaced(
             sample("plain.bgeo"),
@@ -244,5 +251,57 @@ fn counts_that_lie_are_refused() {
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         std::io::Write::write_all(&mut encoder, &bytes).expect("in memory");
         assert!(try_all(&folder.write("packed.bgeo", encoder.finish().expect("in memory"))).is_none());
+    }
+}
+
+#[test]
+fn cells_that_lie_are_refused() {
+    let folder = Folder::new();
+    for (name, is_grid) in [("a.vtp", false), ("a.vtu", true)] {
+        let bytes = samples::mesh_xml(is_grid);
+        assert!(read_mesh(&folder.write(name, &bytes)).is_ok());
+        let (count, first) =
+            if is_grid { ("NumberOfCells=\"13\"", "0 1 2 ") } else { ("NumberOfPolys=\"20\"", "0 1 2 ") };
+        let key = count.split('=').next().expect("it has one");
+        for (from, to) in [
+            (count, format!("{key}=\"14000000000000\"")),
+            (count, format!("{key}=\"-1\"")),
+            (count, format!("{key}=\"18446744073709551615\"")),
+            (first, "0 1 30 ".into()),
+            (first, "0 1 -1 ".into()),
+            (first, "0 1 4294967296 ".into()),
+            (">3 6 ", ">3 9223372036854775807 ".into()),
+            (">3 6 ", ">6 3 ".into()),
+            (">3 6 ", ">3 -6 ".into()),
+        ] {
+            let error = read_mesh(&folder.write(name, replaced(&bytes, from.as_bytes(), to.as_bytes())));
+            assert!(error.is_err(), "{name}: {to} for {from}");
+        }
+    }
+}
+
+/// Sizes before the compressed data that lie, one at a time, of the first array and of the last.
+#[test]
+fn sizes_of_blocks_that_lie_are_refused() {
+    let folder = Folder::new();
+    for name in ["raw_zlib_big.vtu", "raw_lz4_big.vtu", "raw_lzma.vtu"] {
+        let sample = samples::all().into_iter().find(|s| s.name == name).expect(name);
+        let size = if name == "raw_lzma.vtu" { 8 } else { 4 };
+        let start = sample.bytes.windows(2).rposition(|w| w == b"\n ").expect("appended data") + 3;
+        // The first piece has no points, so its arrays have no blocks: three sizes each, all zero.
+        let first = start + 3 * 3 * size;
+        for field in 0..5 {
+            for value in [0u64, 1, 99, 101, 1 << 31, u64::from(u32::MAX), 1 << 62, u64::MAX] {
+                let mut bytes = sample.bytes.clone();
+                let at = first + field * size;
+                let whole =
+                    if size == 8 { value.to_le_bytes().to_vec() } else { (value as u32).to_be_bytes().to_vec() };
+                if bytes[at..at + size] == whole[..] {
+                    continue;
+                }
+                bytes[at..at + size].copy_from_slice(&whole);
+                assert!(try_all(&folder.write(name, bytes)).is_none(), "{name}: size {field} as {value}");
+            }
+        }
     }
 }

@@ -98,6 +98,7 @@ fn lying_headers_and_bombs_cost_no_memory() {
             ("b.glb", glb(format!("[{}0]", "0,".repeat((2 << 20) - 4)), &[])),
             ("c.glb", [b"glTF".as_slice(), &2u32.to_le_bytes(), &[255; 12], b"BIN\0", &[0; 40]].concat()),
         ])
+        .chain(xml_bombs())
         .collect();
     // The first reading settles what the process needs anyway.
     let _ = read(&folder.write("first.ply", b"ply\n"));
@@ -111,4 +112,42 @@ fn lying_headers_and_bombs_cost_no_memory() {
         let grown = peak() - before;
         assert!(grown < 100 << 20, "{name}: {} MiB", grown >> 20);
     }
+}
+
+/// VTK XML files that announce much, in blocks that hold nothing or much more than they should.
+fn xml_bombs() -> Vec<(&'static str, Vec<u8>)> {
+    let file = |compressor: &str, points: u64, data: &[u8]| {
+        let head = format!(
+            "<VTKFile type=\"PolyData\" header_type=\"UInt64\" compressor=\"{compressor}\"><PolyData>\
+             <Piece NumberOfPoints=\"{points}\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" \
+             format=\"appended\" offset=\"0\"/></Points></Piece></PolyData><AppendedData encoding=\"raw\">_"
+        );
+        [head.as_bytes(), data].concat()
+    };
+    let sizes = |sizes: &[u64]| sizes.iter().flat_map(|size| size.to_le_bytes()).collect::<Vec<u8>>();
+    let zeros = vec![0u8; 400 << 20];
+    let mut zlib = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    zlib.write_all(&zeros).expect("in memory");
+    let zlib = zlib.finish().expect("in memory");
+    let options = lzma_rust2::XzOptions::with_preset(1);
+    let mut xz = lzma_rust2::XzWriter::new(Vec::new(), options).expect("in memory");
+    xz.write_all(&zeros[..100 << 20]).expect("in memory");
+    let xz = xz.finish().expect("in memory");
+    drop(zeros);
+    let (long, xz_long) = (zlib.len() as u64, xz.len() as u64);
+    vec![
+        // Honest about what is out of proportion.
+        (
+            "zlib.vtp",
+            file("vtkZLibDataCompressor", (400 << 20) / 12, &[sizes(&[1, 400 << 20, 0, long]), zlib.clone()].concat()),
+        ),
+        (
+            "lzma.vtp",
+            file("vtkLZMADataCompressor", (100 << 20) / 12, &[sizes(&[1, 100 << 20, 100 << 20, xz_long]), xz].concat()),
+        ),
+        // Holds more than it says.
+        ("more.vtp", file("vtkZLibDataCompressor", 100, &[sizes(&[1, 1200, 0, long]), zlib].concat())),
+        ("blocks.vtp", file("vtkLZ4DataCompressor", 1 << 40, &sizes(&[1 << 60, 1, 0, 1]))),
+        ("sum.vtp", file("vtkLZ4DataCompressor", 1 << 20, &sizes(&[2, 6 << 20, 0, 1 << 63, 1 << 63]))),
+    ]
 }

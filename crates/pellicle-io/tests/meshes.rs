@@ -217,7 +217,7 @@ fn wrong_faces_are_told() {
         (
             "b.vtk",
             "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 5\n4 0 0 0 0\nCELL_TYPES 1\n10\n",
-            "cells of type 10",
+            "1 tetrahedra (type 10)",
         ),
     ];
     for (name, text, expected) in cases {

@@ -87,14 +87,14 @@ fn what_is_not_read_is_told_with_a_way_out() {
         ("structured.npy", npy("[('x', '<f4')]", "(8,)"), "no fields are named x, y, z or pos, but: x"),
         ("complex.npy", npy("'<c8'", "(8, 3)"), "astype"),
         ("flat.npy", npy("'<f4'", "(24,)"), "N rows of at least 3 columns"),
-        ("new.bgeo", b"\x7fNSJ\x00 and so on".to_vec(), "classic .bgeo"),
+        ("new.bgeo", b"\x7fNSJb and so on".to_vec(), "gconvert"),
         (
             "image.vtk",
             b"# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\n".to_vec(),
             "STRUCTURED_POINTS",
         ),
         ("image.vtu", b"<VTKFile type=\"ImageData\"></VTKFile>".to_vec(), "ImageData"),
-        ("lz4.vtu", b"<VTKFile type=\"PolyData\" compressor=\"vtkLZ4DataCompressor\"></VTKFile>".to_vec(), "zlib"),
+        ("odd.vtu", b"<VTKFile type=\"PolyData\" compressor=\"vtkZstdDataCompressor\"></VTKFile>".to_vec(), "zlib"),
         ("names.csv", b"a,b,c\n1,2,3\n".to_vec(), "the columns are: a, b, c"),
     ];
     for (name, bytes, expected) in cases {

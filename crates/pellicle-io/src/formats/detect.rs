@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::catalog::{self, Format, ReadMesh, Row, WriteMesh, WriteParticles};
+use super::foreign::{self, Foreign};
 use crate::error::Error;
 use crate::source;
 
@@ -13,7 +14,7 @@ pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// The format of a particle file that is there.
 pub(crate) fn particles(path: &Path) -> Result<&'static Row, Error> {
     let name = lower_name(path);
-    refuse_known(path, &name)?;
+    refuse(path, foreign::by_name(&name))?;
     // Text may be compressed; the readers of other formats say that they cannot be.
     let found = match catalog::by_name(&name).or_else(|| catalog::by_name(name.strip_suffix(".gz")?)) {
         Some(row) => Some(row),
@@ -60,22 +61,12 @@ fn unknown(path: &Path, action: &str, can: impl Fn(&Row) -> bool) -> Error {
     Error::Unsupported { path: path.into(), what }
 }
 
-/// Formats that hold particles but are not read: says so, and what to convert to.
-fn refuse_known(path: &Path, name: &str) -> Result<(), Error> {
-    let (what, convert) = match name.rsplit_once('.').map_or("", |(_, extension)| extension) {
-        "sc" if name.ends_with(".bgeo.sc") => (
-            "Houdini's Blosc-compressed geometry",
-            "in Houdini save it as classic .bgeo, or with the Geometry ROP as .ply",
-        ),
-        "geo" | "hclassic" => ("Houdini's ASCII geometry", "save it as classic .bgeo, or as .ply"),
-        "abc" => ("Alembic", "export the points as .ply, .bgeo or .npy"),
-        "usd" | "usda" | "usdc" | "usdz" => ("USD", "export the points as .ply, .bgeo or .npy"),
-        "vdb" => ("OpenVDB", "export the points as .ply, .bgeo or .npy"),
-        "vtm" | "series" => ("an index of other files", "name the .vtu, .vtp or .vtk files that it lists"),
-        _ => return Ok(()),
-    };
-    let what = format!("{what} is not read: {convert}");
-    Err(Error::Unsupported { path: path.into(), what })
+/// An error for a format that is known and not read.
+fn refuse(path: &Path, foreign: Option<&Foreign>) -> Result<(), Error> {
+    match foreign {
+        Some(foreign) => Err(Error::Unsupported { path: path.into(), what: foreign.refusal() }),
+        None => Ok(()),
+    }
 }
 
 /// The format by the first bytes; `None` if they say nothing.
@@ -83,6 +74,7 @@ fn sniff(path: &Path) -> Result<Option<Format>, Error> {
     let (file, _) = source::open(path)?;
     let mut head = Vec::with_capacity(64);
     file.take(64).read_to_end(&mut head).map_err(|source| Error::Read { path: path.into(), source })?;
+    refuse(path, foreign::by_content(&head))?;
     Ok(by_content(&head).or_else(|| weakly(&head)))
 }
 
@@ -135,6 +127,9 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
 
 /// What to say about a file that does not begin as its extension promises.
 pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
+    if let Some(foreign) = foreign::by_content(head) {
+        return format!("this is not {expected}: {}", foreign.refusal());
+    }
     let found = match by_content(head) {
         Some(Format::Ply) => "it begins like a PLY file: rename it to .ply",
         Some(Format::Npy) => "it begins like a NumPy array: rename it to .npy",
@@ -160,12 +155,13 @@ mod tests {
         let format = |name| particles(Path::new(name)).ok().map(|row| row.format);
         assert_eq!(format("a/B.XYZ"), Some(Format::RawXyz));
         assert_eq!(format("a.bgeo.gz"), Some(Format::Bgeo));
-        for name in ["a.bgeo.sc", "a.geo", "a.abc", "a.usdc", "a.vdb"] {
+        for name in ["a.bgeo.sc", "a.geo", "a.abc", "a.usdc", "a.vdb", "a.hclassic", "a.vtm"] {
             let message = particles(Path::new(name)).expect_err(name).to_string();
-            assert!(
-                message.contains("is not read") && message.contains(".npy") | message.contains(".ply"),
-                "{message}"
-            );
+            let way_out = [".bhclassic", ".npy", ".vtu"].iter().any(|out| message.contains(out));
+            assert!(message.contains("is not read") && way_out, "{message}");
+        }
+        for head in [&b"\x7fNSJb"[..], b"Ogawa\xff", b"PXR-USDC", b"#usda 1.0", b" BDV\0", b"PGEOMETRY V5"] {
+            assert!(mismatch("a PLY file", head).contains("is not read: "), "{head:?}");
         }
         assert!(mesh_out(Path::new("a.csv")).is_err());
     }

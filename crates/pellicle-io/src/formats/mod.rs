@@ -2,6 +2,7 @@
 
 pub(crate) mod catalog;
 pub(crate) mod detect;
+pub(crate) mod foreign;
 pub(crate) mod names;
 pub(crate) mod npy_header;
 pub(crate) mod ply;

@@ -83,7 +83,9 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Wr
     write(path, mesh, options)
 }
 
-/// Reads a mesh from PLY, OBJ, STL, legacy VTK or binary glTF, by the file's extension.
+/// Reads a mesh from PLY, OBJ, STL, legacy VTK, VTP, VTU or binary glTF, by the file's extension. The pieces of a VTK XML
+/// file become one mesh; its cells may be triangles, quads, pixels, polygons and triangle strips, and points and lines are
+/// passed over.
 ///
 /// Faces of more than three corners become fans of triangles, which is right for convex ones. Positions in double
 /// precision become an origin and offsets such that no more than the last bit of an offset is lost. Normals and other

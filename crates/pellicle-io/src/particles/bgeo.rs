@@ -2,7 +2,8 @@
 //! compressed by gzip.
 //!
 //! Only the points are read: position (x y z w, of which w is passed over) and point attributes. Attributes of type
-//! *index* are numbers into a table of strings; the numbers are kept, the strings are not.
+//! *index* are numbers into a table of strings; the numbers are kept, the strings are not. Groups, primitives and the
+//! attributes of vertices, primitives and the whole follow the points, and are not looked at.
 //!
 //! Source: the format as Disney's Partio reads it (`BGEO.cpp`); Houdini has no specification.
 
@@ -13,6 +14,7 @@ use flate2::read::GzDecoder;
 use super::{Particles, ReadOptions};
 use crate::error::Error;
 use crate::formats::detect::{self, GZIP};
+use crate::formats::foreign;
 use crate::formats::names::{self, Group, Groups};
 use crate::scalar::{Encoding, Endian, Scalar};
 use crate::source::{self, Source};
@@ -20,6 +22,7 @@ use crate::table::Table;
 
 /// Attributes that a file may declare, and numbers that one attribute may have: more is damage.
 const MAX_ATTRIBUTES: u32 = 4096;
+
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     options.single(path, "BGEO")?;
     let mut source = Source::open(path)?;
@@ -32,13 +35,11 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
 }
 
 fn read_points(source: &mut Source<'_>, options: &ReadOptions) -> Result<Particles, Error> {
-    let header = source.peek(9)?;
+    let header = source.peek(20)?;
     if !header.starts_with(b"BgeoV") {
-        let json = header.starts_with(b"\x7fNSJ") || header.starts_with(b"[") || header.starts_with(b"{");
-        if json {
-            return Err(source.unsupported(
-                "this is Houdini's newer, JSON-based .bgeo, which is not read: save it as classic .bgeo (.bhclassic) or as .ply",
-            ));
+        if let Some(foreign) = foreign::by_content(header) {
+            let refusal = foreign.refusal();
+            return Err(source.unsupported(refusal));
         }
         let what = detect::mismatch("a classic BGEO file", header);
         return Err(source.fail(what));
@@ -87,9 +88,18 @@ fn read_definition(source: &mut Source<'_>, layout: &mut Vec<Scalar>, groups: &m
     let scalar = match kind {
         0 | 5 => Scalar::F32,
         1 | 4 => Scalar::I32,
-        _ => return Err(source.unsupported(format!(
-            "the attribute '{name}' has the type {kind}: 0 (float), 1 (integer), 4 (index) and 5 (vector) are read; delete it"
-        ))),
+        _ => {
+            let kind = match kind {
+                2 => "string".into(),
+                3 => "mixed".into(),
+                other => format!("number {other}"),
+            };
+            return Err(source.unsupported(format!(
+                "the attribute '{name}' is of the type {kind}, whose layout is not known here: delete it in Houdini by an \
+                 Attribute Delete node, or save the points as .ply. Read are float, integer, vector and index, the usual \
+                 way to keep strings"
+            )));
+        }
     };
     if kind == 4 {
         for _ in 0..unsigned(source)? {

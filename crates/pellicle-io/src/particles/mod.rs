@@ -273,7 +273,10 @@ impl ReadOptions {
 /// - text, plain or gzipped: tables (`.csv`, `.tsv`, `.txt`, `.dat`), XYZ and extended XYZ (`.xyz`, `.extxyz`; several
 ///   frames), LAMMPS dumps (`.dump`, `.lammpstrj`; several frames), JSON (`.json`; parts by their path);
 /// - NumPy arrays (`.npy`) and archives (`.npz`; arrays by name);
-/// - PLY, Houdini's classic BGEO, legacy VTK, VTU and VTP, DualSPHysics' BI4.
+/// - PLY, Houdini's classic BGEO, DualSPHysics' BI4;
+/// - legacy VTK; VTU and VTP (ASCII, base64 or appended; zlib, LZ4 or LZMA); of ParaView's lists of files (`.pvd`, `.pvtu`,
+///   `.pvtp`) a step with all its parts;
+/// - with the feature `hdf5` HDF5 of SWIFT, Gadget, PySPH and VTKHDF, and any dataset of three columns.
 ///
 /// [`ReadOptions::array`] and [`ReadOptions::frame`] choose where there are several; formats that hold one set of
 /// particles refuse both. Every text is kept in double precision.

@@ -86,5 +86,9 @@ pub(crate) fn read_array(
         values.append(Records { bytes, stride: components * size, endian }, &fields);
         Ok(())
     })?;
+    if let (true, AttributeValues::F32(parts)) = (array.is_color_text, &values) {
+        // As VTK does, so that a colour is the same however the file is written.
+        values = AttributeValues::I32(parts.iter().map(|v| (v * 255.0).round().clamp(0.0, 255.0) as i32).collect());
+    }
     Ok(Some(ParticleAttribute { name, components, values }))
 }

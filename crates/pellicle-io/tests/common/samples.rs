@@ -147,9 +147,23 @@ fn zlib(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().expect("in memory")
 }
 
-fn bgeo() -> Vec<u8> {
+fn lz4(bytes: &[u8]) -> Vec<u8> {
+    lz4_flex::block::compress(bytes)
+}
+
+fn xz(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = lzma_rust2::XzWriter::new(Vec::new(), lzma_rust2::XzOptions::with_preset(1)).expect("in memory");
+    encoder.write_all(bytes).expect("in memory");
+    encoder.finish().expect("in memory")
+}
+
+/// `others` says how many primitives, groups and other attributes there are, of which `tail` holds the data.
+fn bgeo(others: [i32; 6], tail: &[u8]) -> Vec<u8> {
     let mut out = b"BgeoV".to_vec();
-    [5, COUNT as i32, 0, 0, 0, 3, 0, 0, 0].iter().for_each(|&v| put_int(&mut out, v, Big));
+    let [primitives, point_groups, primitive_groups, of_vertices, of_primitives, of_all] = others;
+    [5, COUNT as i32, primitives, point_groups, primitive_groups, 3, of_vertices, of_primitives, of_all]
+        .iter()
+        .for_each(|&v| put_int(&mut out, v, Big));
     let define = |out: &mut Vec<u8>, name: &str, size: u16, kind: i32| {
         out.extend_from_slice(&(name.len() as u16).to_be_bytes());
         out.extend_from_slice(name.as_bytes());
@@ -172,7 +186,7 @@ fn bgeo() -> Vec<u8> {
         put_int(&mut out, (i % 2) as i32, Big);
         put(&mut out, r[6], false, Big);
     }
-    out.extend_from_slice(b"\0\xff");
+    out.extend_from_slice(tail);
     out
 }
 
@@ -243,9 +257,15 @@ struct Vtu {
     format: &'static str,
     /// `raw` or `base64` where the format is appended.
     encoding: &'static str,
-    is_compressed: bool,
+    /// Name of VTK's compressor and what it does, if any.
+    compressor: Option<Compressor>,
     has_long_sizes: bool,
 }
+
+type Compressor = (&'static str, fn(&[u8]) -> Vec<u8>);
+const ZLIB: Option<Compressor> = Some(("vtkZLibDataCompressor", zlib));
+const LZ4: Option<Compressor> = Some(("vtkLZ4DataCompressor", lz4));
+const LZMA: Option<Compressor> = Some(("vtkLZMADataCompressor", xz));
 
 impl Vtu {
     fn size(self, value: usize) -> Vec<u8> {
@@ -270,11 +290,11 @@ impl Vtu {
                 base64(bytes).into_bytes()
             }
         };
-        if !self.is_compressed {
+        let Some((_, compress)) = self.compressor else {
             return text(&[self.size(plain.len()), plain].concat());
-        }
+        };
         const BLOCK: usize = 100;
-        let blocks: Vec<Vec<u8>> = plain.chunks(BLOCK).map(zlib).collect();
+        let blocks: Vec<Vec<u8>> = plain.chunks(BLOCK).map(compress).collect();
         let mut sizes = [self.size(blocks.len()), self.size(BLOCK), self.size(plain.len() % BLOCK)].concat();
         blocks.iter().for_each(|block| sizes.extend(self.size(block.len())));
         [text(&sizes), text(&blocks.concat())].concat()
@@ -283,7 +303,7 @@ impl Vtu {
     fn write(self, kind: &str) -> Vec<u8> {
         let order = if self.order == Big { "BigEndian" } else { "LittleEndian" };
         let header = if self.has_long_sizes { " header_type=\"UInt64\"" } else { "" };
-        let compressor = if self.is_compressed { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
+        let compressor = self.compressor.map_or(String::new(), |(name, _)| format!(" compressor=\"{name}\""));
         let mut out = format!(
             "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" byte_order=\"{order}\"{header}{compressor}>\n<{kind}>\n\
              <FieldData><DataArray type=\"Float64\" Name=\"TimeValue\" format=\"ascii\">1.5</DataArray></FieldData>\n"
@@ -356,26 +376,38 @@ pub fn all() -> Vec<Sample> {
     add("little_lists.ply", true, ply(Little, true, true));
     add("big_lists.ply", true, ply(Big, false, true));
     add("ascii_lists.ply", true, ply(Text, true, true));
-    add("plain.bgeo", true, bgeo());
-    add("packed.bgeo", true, gzip(&bgeo()));
+    let plain = bgeo([0; 6], b"\0\xff");
+    add("plain.bgeo", true, plain.clone());
+    add("packed.bgeo", true, gzip(&plain));
+    // Groups, a polygon and a name for the whole follow the points, as Houdini writes them.
+    let tail = b"\0\x05water\0\0\0\0\x28\0\x04name\0\x01\0\0\0\x04\0\0\0\x01\0\x03dam\0\0\0\0\0\xff";
+    add("groups.bgeo", true, bgeo([1, 1, 0, 0, 0, 1], tail));
     for (is_new, binary, ascii) in [(false, "old.vtk", "old_ascii.vtk"), (true, "new.vtk", "new_ascii.vtk")] {
         add(binary, true, vtk(Big, is_new, "POLYDATA"));
         add(ascii, true, vtk(Text, is_new, "UNSTRUCTURED_GRID"));
     }
-    let vtu = |order, format, encoding, is_compressed, has_long_sizes| {
-        Vtu { order, format, encoding, is_compressed, has_long_sizes }.write("UnstructuredGrid")
+    let vtu = |order, format, encoding, compressor, has_long_sizes| {
+        Vtu { order, format, encoding, compressor, has_long_sizes }.write("UnstructuredGrid")
     };
-    add("ascii.vtu", true, vtu(Little, "ascii", "", false, false));
-    add("inline.vtu", true, vtu(Little, "binary", "", false, true));
-    add("inline_big.vtu", true, vtu(Big, "binary", "", false, false));
-    add("inline_zlib.vtu", true, vtu(Little, "binary", "", true, false));
-    add("inline_zlib_big.vtu", true, vtu(Big, "binary", "", true, true));
-    add("raw.vtu", true, vtu(Little, "appended", "raw", false, true));
-    add("raw_zlib_big.vtu", true, vtu(Big, "appended", "raw", true, false));
-    add("base64.vtu", true, vtu(Little, "appended", "base64", false, false));
-    add("base64_zlib.vtu", true, vtu(Little, "appended", "base64", true, true));
-    let poly = Vtu { order: Little, format: "appended", encoding: "raw", is_compressed: true, has_long_sizes: false };
+    add("ascii.vtu", true, vtu(Little, "ascii", "", None, false));
+    add("inline.vtu", true, vtu(Little, "binary", "", None, true));
+    add("inline_big.vtu", true, vtu(Big, "binary", "", None, false));
+    add("inline_zlib.vtu", true, vtu(Little, "binary", "", ZLIB, false));
+    add("inline_zlib_big.vtu", true, vtu(Big, "binary", "", ZLIB, true));
+    add("raw.vtu", true, vtu(Little, "appended", "raw", None, true));
+    add("raw_zlib_big.vtu", true, vtu(Big, "appended", "raw", ZLIB, false));
+    add("base64.vtu", true, vtu(Little, "appended", "base64", None, false));
+    add("base64_zlib.vtu", true, vtu(Little, "appended", "base64", ZLIB, true));
+    add("inline_lz4.vtu", true, vtu(Little, "binary", "", LZ4, true));
+    add("raw_lz4_big.vtu", true, vtu(Big, "appended", "raw", LZ4, false));
+    add("inline_lzma.vtu", true, vtu(Little, "binary", "", LZMA, false));
+    add("raw_lzma.vtu", true, vtu(Little, "appended", "raw", LZMA, true));
+    let poly = Vtu { order: Little, format: "appended", encoding: "raw", compressor: ZLIB, has_long_sizes: false };
     add("raw_zlib.vtp", true, poly.write("PolyData"));
+    if cfg!(feature = "hdf5") {
+        add("snapshot.hdf5", true, include_bytes!("../samples/snapshot.hdf5").to_vec());
+        add("steps.vtkhdf", true, include_bytes!("../samples/steps.vtkhdf").to_vec());
+    }
     add("comma.csv", true, csv("X,Y,Z,vx,vy,vz,density\n", ",", true));
     add("semicolon.csv", true, csv("\u{feff}\"x\";\"y\";\"z\";vel_x;vel_y;vel_z;density\n", ";", true));
     add("tab.csv", true, csv("# by a program\n\n# x\ty\tz\tvx\tvy\tvz\tdensity\n", "\t", true));
@@ -384,4 +416,39 @@ pub fn all() -> Vec<Sample> {
     samples.extend(text_samples::text());
     samples.extend(array_samples::arrays());
     samples
+}
+
+/// A mesh of 30 points in VTK's XML: 20 polygons and a strip of 8 triangles, or 26 triangles of a grid in two pieces.
+pub fn mesh_xml(is_grid: bool) -> Vec<u8> {
+    let numbers = |values: &mut dyn Iterator<Item = usize>| values.map(|v| format!("{v} ")).collect::<String>();
+    let list = |name: &str, values: &mut dyn Iterator<Item = usize>| {
+        format!("<DataArray type=\"Int64\" Name=\"{name}\" format=\"ascii\">{}</DataArray>", numbers(values))
+    };
+    let points = |count: usize| {
+        let values: String = (0..count).map(|i| format!("{i} 0.5 -1 ")).collect();
+        format!("<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\">{values}</DataArray></Points>")
+    };
+    let corners = |triangles: usize| (0..triangles).flat_map(|i| [i, i + 1, i + 2]);
+    let cells = |triangles: usize| {
+        list("connectivity", &mut corners(triangles)) + &list("offsets", &mut (1..=triangles).map(|i| 3 * i))
+    };
+    let (kind, pieces) = if is_grid {
+        let piece = |triangles: usize| {
+            let types = list("types", &mut std::iter::repeat_n(5, triangles));
+            let (points, cells) = (points(15), cells(triangles));
+            format!(
+                "<Piece NumberOfPoints=\"15\" NumberOfCells=\"{triangles}\">{points}<Cells>{cells}{types}</Cells></Piece>"
+            )
+        };
+        ("UnstructuredGrid", piece(13) + &piece(13))
+    } else {
+        let strip = list("connectivity", &mut (0..10)) + &list("offsets", &mut std::iter::once(10));
+        let (points, cells) = (points(30), cells(20));
+        let piece = format!(
+            "<Piece NumberOfPoints=\"30\" NumberOfPolys=\"20\" NumberOfStrips=\"1\">{points}<Polys>{cells}</Polys>\
+             <Strips>{strip}</Strips></Piece>"
+        );
+        ("PolyData", piece)
+    };
+    format!("<VTKFile type=\"{kind}\"><{kind}>{pieces}</{kind}></VTKFile>").into_bytes()
 }

@@ -62,6 +62,8 @@ pub(crate) struct Array {
     pub(crate) content: Content,
     /// Whether it has a tuple for every point.
     pub(crate) is_of_points: bool,
+    /// Whether the numbers are bytes of colours that ASCII has as 0 to 1.
+    pub(crate) is_color_text: bool,
 }
 
 /// A part of the file; its data come next.
@@ -208,7 +210,8 @@ impl Reader {
             Owner::Points(count) | Owner::Cells(count) => count,
             Owner::Whole => return Err(self.source.fail(format!("{key} stands before POINT_DATA and CELL_DATA"))),
         };
-        let array = self.array(name, components, tuples, kind)?;
+        let mut array = self.array(name, components, tuples, kind)?;
+        array.is_color_text = key == "COLOR_SCALARS" && self.encoding == Encoding::Ascii;
         if key == "SCALARS" && self.source.peek(12)?.get(..12).is_some_and(|b| b.eq_ignore_ascii_case(b"LOOKUP_TABLE"))
         {
             self.source.line()?;
@@ -232,7 +235,7 @@ impl Reader {
         })?;
         let content = self.content(kind)?;
         let is_of_points = matches!(self.owner, Owner::Points(_));
-        Ok(Array { name: decode_name(name), components, tuples, content, is_of_points })
+        Ok(Array { name: decode_name(name), components, tuples, content, is_of_points, is_color_text: false })
     }
 
     fn cells(&mut self, key: &str, count: u64, size: u64) -> Result<Section, Error> {

@@ -324,17 +324,18 @@ impl Inflater {
     ) -> io::Result<()> {
         let (mut filled, mut done) = (0, 0);
         for (range, size) in blocks {
-            let packed = payload.get(range, &mut self.packed)?;
+            let mut packed = payload.get(range, &mut self.packed)?;
             let mut unpacked = Vec::new();
             let mut stream: Box<dyn Read> = match compressor {
                 Compressor::Zlib => {
                     self.zlib.reset(true);
-                    Box::new(Zlib { state: &mut self.zlib, input: packed })
+                    Box::new(Zlib { state: &mut self.zlib, input: &mut packed })
                 }
-                Compressor::Lzma => Box::new(XzReader::new_mem_limit(packed, false, XZ_MEMORY_KIB)),
+                Compressor::Lzma => Box::new(XzReader::new_mem_limit(&mut packed, false, XZ_MEMORY_KIB)),
                 Compressor::Lz4 => {
                     unpacked.resize(size, 0);
                     let count = lz4_flex::block::decompress_into(packed, &mut unpacked).map_err(io::Error::other)?;
+                    packed = &[];
                     Box::new(&unpacked[..count])
                 }
             };
@@ -348,7 +349,9 @@ impl Inflater {
                     (filled, done) = (0, done + RUN);
                 }
             }
-            if stream.read(&mut [0])? > 0 {
+            let is_longer = stream.read(&mut [0])? > 0;
+            drop(stream);
+            if is_longer || !packed.is_empty() {
                 return Err(io::Error::new(io::ErrorKind::InvalidData, "a block is longer than announced"));
             }
         }
@@ -358,16 +361,16 @@ impl Inflater {
 }
 
 /// A zlib stream in memory, by a state that is used again and again.
-struct Zlib<'a> {
+struct Zlib<'a, 'b> {
     state: &'a mut Decompress,
-    input: &'a [u8],
+    input: &'a mut &'b [u8],
 }
 
-impl Read for Zlib<'_> {
+impl Read for Zlib<'_, '_> {
     fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
         let (read, written) = (self.state.total_in(), self.state.total_out());
         let status = self.state.decompress(self.input, to, FlushDecompress::None)?;
-        self.input = &self.input[(self.state.total_in() - read) as usize..];
+        *self.input = &self.input[(self.state.total_in() - read) as usize..];
         match (self.state.total_out() - written) as usize {
             0 if status != Status::StreamEnd && !to.is_empty() => Err(io::ErrorKind::UnexpectedEof.into()),
             count => Ok(count),

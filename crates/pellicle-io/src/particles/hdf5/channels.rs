@@ -100,11 +100,7 @@ pub(super) fn read(
     Ok(Particles { positions, attributes: read })
 }
 
-fn triples<T>(values: Vec<T>) -> Vec<[T; 3]>
-where
-    [T; 3]: bytemuck::Pod,
-    T: bytemuck::Pod + Copy,
-{
+fn triples<T: bytemuck::Pod>(values: Vec<T>) -> Vec<[T; 3]> {
     // The channel has three components, so nothing is left over, and the memory is taken as it is.
     bytemuck::allocation::try_cast_vec(values).unwrap_or_else(|(_, values)| values.as_chunks().0.to_vec())
 }
