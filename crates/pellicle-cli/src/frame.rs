@@ -126,7 +126,9 @@ impl Loaded {
         let target = Target::new(frame.output.clone())?;
         // A frame may be tried again with more memory: its particles come back.
         let cloud = Cloud::from(std::mem::take(&mut self.particles));
+        let choice = job.choice.record();
         let order = Order {
+            choice: &choice,
             source: &frame.input,
             params: &params,
             is_radius_known: radius.is_some(),

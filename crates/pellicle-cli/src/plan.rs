@@ -94,8 +94,6 @@ impl Plan {
             missing: if absent == Absent::Await { Missing::Skip } else { Missing::Refuse },
             output: output.as_deref(),
             extension: files.extension,
-            // The whole sequence matters too; the part is taken below.
-            shard: None,
         };
         let (frames, gaps) = match inputs(files, &request) {
             Ok(found) => found,
@@ -265,6 +263,18 @@ mod tests {
         assert!(find("g_{}.xyz", None).is_err());
         let plan = Plan::find(&files(&folder, "g_{}.xyz", None), Absent::Await).unwrap().0;
         assert!(plan.single.is_none() && plan.frames.is_empty());
+    }
+
+    #[test]
+    fn parts_know_the_whole_and_keep_its_names() {
+        let folder = Folder::with(&["f_1.vtk", "f_2.vtk", "f_3.vtk"]);
+        let mut files = files(&folder, "f_{}.vtk", Some("w_{}.ply"));
+        files.shard = Some("2/2".parse().unwrap());
+        let plan = Plan::find(&files, Absent::Refuse).unwrap().0;
+        assert_eq!((plan.frames.len(), plan.whole.len(), plan.frames[0].number), (1, 3, Some(2)));
+        assert_eq!(plan.frames[0].output, folder.path().join("w_2.ply"));
+        files.shard = Some("4/5".parse().unwrap());
+        assert!(Plan::find(&files, Absent::Refuse).unwrap().0.frames.is_empty(), "more parts than frames");
     }
 
     #[test]

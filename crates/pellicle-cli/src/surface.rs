@@ -25,6 +25,8 @@ pub struct Order<'a> {
     pub is_radius_known: bool,
     /// The file to write.
     pub target: &'a Target,
+    /// What was chosen of the source's particles, a line each.
+    pub choice: &'a [String],
     /// The axis that points up, for formats that care.
     pub up: Up,
     /// Whether the mesh is wanted in memory too, for a picture of it.
@@ -163,6 +165,7 @@ impl Order<'_> {
         let Params { particle_radius, smoothing_length, cell_size, iso, .. } = self.params;
         let source = self.source.file_name().unwrap_or_default().to_string_lossy();
         let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
+        lines.extend_from_slice(self.choice);
         if self.is_radius_known {
             lines.push(format!("particle_radius {particle_radius}"));
         }

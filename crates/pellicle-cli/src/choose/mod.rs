@@ -68,6 +68,17 @@ impl Choice {
         names.map(str::to_owned).collect()
     }
 
+    /// What decides the result, a line each, for the output's header.
+    pub fn record(&self) -> Vec<String> {
+        let scale = self.scale.map(|factor| format!("scale {factor}"));
+        let crop = self.crop.as_ref().map(|crop| {
+            let [[x, y, z], [u, v, w]] = crop.corners();
+            format!("crop {x},{y},{z} {u},{v},{w}")
+        });
+        let filter = self.filter.as_ref().map(|filter| format!("where {}", filter.text()));
+        [scale, crop, filter].into_iter().flatten().collect()
+    }
+
     /// Scales the particles, and leaves out those that are not wanted. Runs in the current rayon pool. `path` is their file,
     /// for messages.
     ///

@@ -108,7 +108,10 @@ impl Job<'_> {
     fn write_options(&self, input: &Path) -> WriteOptions {
         let source = input.file_name().unwrap_or_default().to_string_lossy();
         WriteOptions {
-            comments: vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")],
+            comments: [format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")]
+                .into_iter()
+                .chain(self.choice.record())
+                .collect(),
             up: self.up,
             metres_per_unit: self.args.metres_per_unit,
         }

@@ -51,8 +51,15 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     interrupt::enter(Phase::Working);
     let made = pool.install(|| -> Result<_, Failure> {
         let source = Path::new(SOURCE);
-        let order =
-            Order { source, params: &params, is_radius_known: true, target: &target, up: Up::Y, keep_mesh: true };
+        let order = Order {
+            source,
+            params: &params,
+            is_radius_known: true,
+            target: &target,
+            choice: &[],
+            up: Up::Y,
+            keep_mesh: true,
+        };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();
         write_mesh(&glb, &mesh, &WriteOptions { comments: order.record(), ..WriteOptions::default() })?;

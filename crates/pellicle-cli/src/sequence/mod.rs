@@ -1,7 +1,7 @@
 //! Several frames in one run: which files they are, and where the result of each goes.
 //!
 //! ```text
-//! names as typed ─► pattern, folder or list ─► frames ─ --frames ─► outputs ─► checked ─ --shard ─► Sequence
+//! names as typed ─► pattern, folder or list ─► frames ─ --frames ─► outputs ─► checked ─► Sequence
 //! ```
 //!
 //! Everything is settled before the first frame is read: missing frames, results that would meet, inputs in danger. An
@@ -23,7 +23,6 @@ use gaps::Gap;
 use output::Outputs;
 use pattern::Pattern;
 use range::FrameRange;
-use shard::Shard;
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,16 +40,10 @@ pub struct Frame {
 /// The frames to work on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
-    /// In order; those of this part, where the work is shared.
+    /// In order.
     pub frames: Vec<Frame>,
-    /// The first input of the whole sequence, whichever part this is: what is inferred for all frames is inferred there.
-    pub lead: PathBuf,
-    /// Frames of the whole sequence, of all parts.
-    pub total: usize,
     /// Frames that seem to be missing, where nobody said which there are.
     pub gaps: Vec<Gap>,
-    /// Where results go, to make folders by.
-    pub outputs: Outputs,
 }
 
 /// What to do about frames of `--frames` that have no file.
@@ -74,8 +67,6 @@ pub struct Request<'a> {
     pub output: Option<&'a Path>,
     /// The extension of results whose name is not given: `ply`.
     pub extension: &'a str,
-    /// `--shard`.
-    pub shard: Option<Shard>,
 }
 
 /// An input with what is known of it.
@@ -155,7 +146,7 @@ impl Sequence {
         Self::finish(found.into_iter().map(numbered).collect(), gaps::gaps(&numbers), request)
     }
 
-    /// Chooses frames, names outputs, checks them, and takes this part.
+    /// Chooses frames, names outputs, and checks them.
     fn finish(mut inputs: Vec<Input>, gaps: Vec<Gap>, request: &Request<'_>) -> Result<Self, Failure> {
         let gaps = match request.frames {
             Some(range) => {
@@ -164,9 +155,9 @@ impl Sequence {
             }
             None => gaps,
         };
-        let Some(lead) = inputs.first().map(|input| input.path.clone()) else {
+        if inputs.is_empty() {
             return Err(Failure::Work("no frame is left to work on".into()));
-        };
+        }
         let outputs = Outputs::new(request.output)?;
         let frames: Vec<Frame> = inputs
             .into_iter()
@@ -178,12 +169,7 @@ impl Sequence {
             .collect();
         let pairs: Vec<_> = frames.iter().map(|frame| (frame.input.as_path(), frame.output.as_path())).collect();
         output::check(&outputs, &pairs)?;
-        let total = frames.len();
-        let frames = match request.shard {
-            Some(shard) => shard.take(frames),
-            None => frames,
-        };
-        Ok(Self { frames, lead, total, gaps, outputs })
+        Ok(Self { frames, gaps })
     }
 }
 

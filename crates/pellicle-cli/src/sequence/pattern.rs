@@ -21,7 +21,6 @@ use crate::failure::Failure;
 /// A path with one or more places for the number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
-    path: PathBuf,
     parts: Vec<Part>,
 }
 
@@ -70,12 +69,7 @@ impl Pattern {
             parts.push(Part::Numbered(pieces));
         }
         let has_number = parts.iter().any(|part| matches!(part, Part::Numbered(_)));
-        Ok(has_number.then(|| Self { path: path.to_owned(), parts }))
-    }
-
-    /// As typed.
-    pub fn path(&self) -> &Path {
-        &self.path
+        Ok(has_number.then(|| Self { parts }))
     }
 
     /// The path of a frame.

@@ -4,8 +4,7 @@ use super::gaps::gaps_text;
 use super::scratch::Folder;
 use super::*;
 
-const PLAIN: Request<'static> =
-    Request { frames: None, missing: Missing::Refuse, output: None, extension: "ply", shard: None };
+const PLAIN: Request<'static> = Request { frames: None, missing: Missing::Refuse, output: None, extension: "ply" };
 
 fn resolve(folder: &Folder, names: &[&str], request: &Request<'_>) -> Result<Sequence, String> {
     let inputs: Vec<PathBuf> = names.iter().map(|name| folder.path().join(name)).collect();
@@ -30,7 +29,6 @@ fn a_pattern_takes_all_its_files_in_numeric_order() {
     assert_eq!(frames(&folder, &["f_{}.vtk"], &PLAIN), want);
     let sequence = resolve(&folder, &["f_$F.vtk"], &PLAIN).unwrap();
     assert_eq!(gaps_text(&sequence.gaps), "2 frames are missing: 6, 8");
-    assert_eq!((sequence.total, sequence.lead), (3, folder.path().join("f_2.vtk")));
     let message = resolve(&folder, &["g_{}.vtk"], &PLAIN).unwrap_err();
     assert!(message.contains("g_1.vtk"), "{message}");
     assert!(resolve(&folder, &["f_*.vtk"], &PLAIN).unwrap_err().contains("####"));
@@ -77,22 +75,6 @@ fn listed_files_keep_their_order_and_their_numbers() {
     assert!(resolve(&folder, &["g.vtk", "f_{}.vtk"], &PLAIN).unwrap_err().contains("stands alone"));
     assert!(resolve(&folder, &["g.vtk", ""], &PLAIN).unwrap_err().contains("stands alone"));
     assert!(resolve(&folder, &[], &PLAIN).is_err());
-}
-
-#[test]
-fn parts_share_names_and_lead() {
-    let folder = Folder::with(&["f_1.vtk", "f_2.vtk", "f_3.vtk", "g.vtk"]);
-    let output = folder.path().join("w_{}.ply");
-    let shard = Some("2/2".parse().unwrap());
-    let sequence = resolve(&folder, &["f_{}.vtk"], &Request { shard, output: Some(&output), ..PLAIN }).unwrap();
-    assert_eq!(sequence.frames.len(), 1);
-    assert_eq!((sequence.frames[0].number, sequence.total), (Some(2), 3));
-    assert_eq!(sequence.lead, folder.path().join("f_1.vtk"));
-    // Positions are those in the whole sequence, so that parts do not meet.
-    let sequence = resolve(&folder, &["g.vtk", "f_1.vtk"], &Request { shard, output: Some(&output), ..PLAIN }).unwrap();
-    assert_eq!(sequence.frames[0].output, folder.path().join("w_1.ply"));
-    let few = Request { shard: Some("4/5".parse().unwrap()), output: Some(&output), ..PLAIN };
-    assert_eq!(resolve(&folder, &["f_{}.vtk"], &few).unwrap().frames, [], "more parts than frames");
 }
 
 #[test]
