@@ -6,11 +6,15 @@
 use std::ops::Range;
 
 use pellicle::Mesh;
+use rayon::prelude::*;
 
 use crate::formats::catalog::Format;
 use crate::formats::names;
 use crate::particles::{AttributeValues, Particles, PositionData};
 use crate::scalar::{Endian, Scalar};
+
+/// Numbers that a thread looks at together.
+const PART: usize = 1 << 14;
 
 /// An array of numbers that is written to a file.
 #[derive(Debug, Clone, Copy)]
@@ -158,9 +162,9 @@ impl<'a> Values<'a> {
     pub(crate) fn first_not_finite(self) -> Option<usize> {
         match self {
             Values::F32(v) | Values::World(v, _) | Values::NarrowedWorld(v, _) | Values::Widened(v) => {
-                v.iter().position(|x| !x.is_finite())
+                first(v, |x| !x.is_finite())
             }
-            Values::F64(v) | Values::Narrowed(v) => v.iter().position(|x| !x.is_finite()),
+            Values::F64(v) | Values::Narrowed(v) => first(v, |x| !x.is_finite()),
             _ => None,
         }
     }
@@ -189,6 +193,14 @@ impl<'a> Values<'a> {
             other => other,
         }
     }
+}
+
+/// The index of the first item that `is_wanted`. Whole parts are asked, since a question an item costs more than the item.
+pub(crate) fn first<T: Sync>(items: &[T], is_wanted: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    // Without an early end, so that the loop is one of vectors.
+    let is_in = |part: &[T]| part.iter().fold(false, |found, item| found | is_wanted(item));
+    let part = items.par_chunks(PART).position_first(is_in)?;
+    items.iter().skip(part * PART).position(is_wanted).map(|at| part * PART + at)
 }
 
 /// Lays numbers out, `group` of them at the start of every `stride` bytes.

@@ -13,8 +13,8 @@ use crate::scalar::Endian;
 
 /// Bytes of text gathered before they are written.
 const BUFFER: usize = 64 << 10;
-/// Bytes formatted between two writes: the buffer stays in the second level cache.
-const CHUNK: usize = 256 << 10;
+/// Bytes formatted between two writes: large enough that threads seldom meet at the file's lock.
+const CHUNK: usize = 1 << 20;
 /// Bytes written at a time where no formatting is needed.
 const DIRECT: usize = 4 << 20;
 /// Lines formatted by one task, and tasks formatted before their text is written.

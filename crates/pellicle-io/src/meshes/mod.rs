@@ -26,8 +26,8 @@ pub(crate) mod write_vtkxml;
 use std::path::Path;
 
 use pellicle::Mesh;
-use rayon::prelude::*;
 
+use crate::columns;
 use crate::error::Error;
 use crate::formats::detect;
 use crate::output::Written;
@@ -134,7 +134,7 @@ fn check_lengths(path: &Path, mesh: &Mesh) -> Result<(), Error> {
 /// Checks that every triangle has its vertices.
 fn check_indices(path: &Path, mesh: &Mesh) -> Result<(), Error> {
     let count = mesh.vertices.len();
-    let wrong = mesh.triangles.par_iter().position_first(|t| t.iter().any(|&i| i as usize >= count));
+    let wrong = columns::first(&mesh.triangles, |t| t.iter().fold(false, |wrong, &i| wrong | (i as usize >= count)));
     match wrong {
         None => Ok(()),
         Some(at) => {

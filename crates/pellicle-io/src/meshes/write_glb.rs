@@ -15,6 +15,7 @@
 use std::path::Path;
 
 use pellicle::Mesh;
+use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::{Up, WriteOptions, check_indices};
@@ -26,6 +27,8 @@ use crate::scalar::{Endian, Scalar};
 
 /// The length of the whole file is a number of 32 bits.
 const MAX_LENGTH: u64 = u32::MAX as u64;
+/// Vertices that a thread looks at together.
+const PART: usize = 1 << 14;
 /// `componentType`, `target` and `mode` as OpenGL numbers them.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
@@ -209,11 +212,14 @@ fn node(origin: [f64; 3], options: &WriteOptions) -> Value {
     node
 }
 
+/// The smallest box. Minus zero counts as zero, so that the order of the threads does not show.
 fn bounds(vertices: &[[f32; 3]]) -> [[f32; 3]; 2] {
-    let start = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
-    vertices.iter().fold(start, |[low, high], v| {
-        [[0, 1, 2].map(|axis| low[axis].min(v[axis])), [0, 1, 2].map(|axis| high[axis].max(v[axis]))]
-    })
+    let none = || [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+    let join = |[a, b]: [[f32; 3]; 2], [c, d]: [[f32; 3]; 2]| {
+        [[0, 1, 2].map(|axis| a[axis].min(c[axis])), [0, 1, 2].map(|axis| b[axis].max(d[axis]))]
+    };
+    let of_part = |part: &[[f32; 3]]| part.iter().fold(none(), |bounds, v| join(bounds, [v.map(|x| x + 0.0); 2]));
+    vertices.par_chunks(PART).map(of_part).reduce(none, join)
 }
 
 /// glTF forbids NaN and infinite numbers.

@@ -27,8 +27,8 @@ use crate::positional::{reserve, write_all_at};
 const TRIANGLE: usize = 13;
 /// Values of all attributes of a vertex, at most.
 const MAX_COMPONENTS: usize = 1 << 16;
-/// Bytes formatted between two writes: the buffer stays in the second level cache.
-const CHUNK: usize = 256 << 10;
+/// Bytes formatted between two writes: large enough that threads seldom meet at the lock of the file.
+const CHUNK: usize = 1 << 20;
 /// Bytes written at a time where no formatting is needed.
 const DIRECT: usize = 4 << 20;
 

@@ -33,7 +33,7 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     out.tasks(triangles, TRIANGLE, |range, to| {
         to.clear();
         for &triangle in &mesh.triangles[range] {
-            put_triangle(mesh, triangle, to);
+            to.extend_from_slice(&record(mesh, triangle));
         }
     })?;
     out.finish()?;
@@ -48,18 +48,16 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     Ok(written)
 }
 
-fn put_triangle(mesh: &Mesh, triangle: [u32; 3], to: &mut Vec<u8>) {
+/// A triangle as the file has it; two bytes of zero stand at its end.
+fn record(mesh: &Mesh, triangle: [u32; 3]) -> [u8; TRIANGLE] {
     let corners = triangle.map(|i| mesh.vertices[i as usize]);
-    for value in face_normal(corners) {
-        to.extend_from_slice(&value.to_le_bytes());
+    let world = corners.map(|v| [0, 1, 2].map(|axis| (mesh.origin[axis] + f64::from(v[axis])) as f32));
+    let mut bytes = [0; TRIANGLE];
+    let numbers = [face_normal(corners), world[0], world[1], world[2]];
+    for (to, value) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(numbers.as_flattened()) {
+        *to = value.to_le_bytes();
     }
-    for corner in corners {
-        for axis in 0..3 {
-            let world = (mesh.origin[axis] + f64::from(corner[axis])) as f32;
-            to.extend_from_slice(&world.to_le_bytes());
-        }
-    }
-    to.extend_from_slice(&[0; 2]);
+    bytes
 }
 
 /// The unit normal from the offsets, which are exact where world positions in single precision are not.
