@@ -1,6 +1,7 @@
 //! Single values of the command line, read and written: numbers, byte sizes, counts, lists of attributes.
 
 use std::num::NonZeroUsize;
+use std::path::Path;
 
 use pellicle_io::AttributeChoice;
 
@@ -24,6 +25,18 @@ pub fn parse_attributes(text: &str) -> Result<AttributeChoice, String> {
         }
     }
     Ok(AttributeChoice::Names(names))
+}
+
+/// A file name as it can be typed in a shell.
+pub fn show_argument(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+,=@%:".contains(c);
+    if !text.is_empty() && !text.starts_with('-') && text.chars().all(is_plain) {
+        return text.into_owned();
+    }
+    // A name that begins with a dash would be an option.
+    let dash = if text.starts_with('-') { "./" } else { "" };
+    format!("'{dash}{}'", text.replace('\'', "'\\''"))
 }
 
 /// A finite number greater than 0.
@@ -210,6 +223,35 @@ mod tests {
         assert_eq!(parse_attributes("density, velocity,density"), names(&["density", "velocity"]));
         for text in ["", ",", "a,,b", "a,", "all,density", "density,none"] {
             assert!(parse_attributes(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn names_are_quoted_where_a_shell_would_cut_them() {
+        for (name, shown) in [
+            ("a/b-1.ply", "a/b-1.ply"),
+            ("a b", "'a b'"),
+            ("it's", "'it'\\''s'"),
+            ("-x", "'./-x'"),
+            ("f_#.ply", "'f_#.ply'"),
+        ] {
+            assert_eq!(show_argument(Path::new(name)), shown);
+        }
+    }
+
+    #[test]
+    fn pictures_points_and_ranges() {
+        assert_eq!(parse_pixels("1920x1080"), Ok((1920, 1080)));
+        assert_eq!(parse_point("1,-2.5,3e0"), Ok([1.0, -2.5, 3.0]));
+        assert_eq!(parse_range("-1,1"), Ok([-1.0, 1.0]));
+        for text in ["0x10", "10", "x", "99999x10", "10x10x10"] {
+            assert!(parse_pixels(text).is_err(), "{text}");
+        }
+        for text in ["1,2", "1,2,3,4", "1,nan,2", "a,b,c"] {
+            assert!(parse_point(text).is_err(), "{text}");
+        }
+        for text in ["1,1", "2,1", "inf,1", "1"] {
+            assert!(parse_range(text).is_err(), "{text}");
         }
     }
 

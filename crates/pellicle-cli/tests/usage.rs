@@ -10,7 +10,18 @@ const SCREEN: usize = 50;
 #[test]
 fn help_fits_on_a_screen_and_names_every_default() {
     let folder = Folder::new();
-    for verb in [&[][..], &["mesh"], &["info"], &["check"], &["demo"]] {
+    for verb in [
+        &[][..],
+        &["mesh"],
+        &["convert"],
+        &["render"],
+        &["info"],
+        &["check"],
+        &["demo"],
+        &["formats"],
+        &["completions"],
+        &["man"],
+    ] {
         let run = folder.run(&[verb, &["--help"]].concat()).expect(0);
         let lines = run.stdout.lines().count();
         assert!(lines <= SCREEN, "{verb:?}: {lines} lines\n{}", run.stdout);

@@ -172,6 +172,9 @@ pub struct InfoArgs {
     /// Particle or mesh file
     #[arg(value_name = "FILE")]
     pub input: PathBuf,
+    /// Which particles.
+    #[command(flatten)]
+    pub from: InputArgs,
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,
@@ -181,7 +184,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct CheckArgs {
-    /// Mesh file: .ply .obj .vtk
+    /// Mesh file, of any type that `pellicle formats` lists
     #[arg(value_name = "MESH")]
     pub input: PathBuf,
     /// Accept edges with one triangle: a sheet with a rim may still be manifold [default: such an edge fails]

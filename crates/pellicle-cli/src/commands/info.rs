@@ -3,31 +3,33 @@
 use std::path::Path;
 
 use pellicle::{Mesh, infer_radius};
-use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, ReadOptions, read_content};
+use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, read_content};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
+use crate::choose::Invalid;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::machine;
-use crate::values::{show_many, show_number, show_vertices};
+use crate::resolve::selection;
+use crate::values::{show_argument, show_many, show_number, show_vertices};
 
 /// Runs the verb.
 pub fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
     let path = &args.input;
-    let info = machine::thread_pool(machine::default_threads())?.install(|| look(path))?;
+    let (read, choice) = selection(&args.from, AttributeChoice::All, Invalid::Keep)?;
+    let info = machine::thread_pool(machine::default_threads())?.install(|| -> Result<_, Failure> {
+        Ok(match read_content(path, &read)? {
+            pellicle_io::Content::Mesh(mesh) => Info::of_mesh(&mesh),
+            pellicle_io::Content::Particles(mut particles) => {
+                choice.apply(&mut particles, path)?;
+                Info::of_particles(&particles)
+            }
+        })
+    })?;
     info.tell(path, console);
     console.report(|| info.as_json(path));
     Ok(())
-}
-
-/// A file with faces is a mesh, any other holds particles.
-fn look(path: &Path) -> Result<Info, Failure> {
-    let options = ReadOptions { attributes: AttributeChoice::All, ..ReadOptions::default() };
-    Ok(match read_content(path, &options)? {
-        pellicle_io::Content::Mesh(mesh) => Info::of_mesh(&mesh),
-        pellicle_io::Content::Particles(particles) => Info::of_particles(&particles),
-    })
 }
 
 /// What there is to tell about a file.
@@ -119,12 +121,13 @@ impl Info {
 
     /// What to do with it.
     fn advise(&self, path: &Path, console: &Console) {
-        let file = path.display();
+        let file = show_argument(path);
         match self.content {
             Content::Mesh { .. } => console.say(format_args!("Next: pellicle check {file}")),
             Content::Particles { count: 0, .. } => {}
             Content::Particles { invalid, .. } if invalid > 0 => {
-                console.warn(format!("{file}: {} whose positions are not finite", show_many(invalid, "particle")));
+                let invalid = show_many(invalid, "particle");
+                console.warn(format!("{}: {invalid} whose positions are not finite", path.display()));
                 console.say(format_args!("Next: pellicle mesh {file} --drop-invalid"));
             }
             Content::Particles { radius: Some(radius), .. } => {
