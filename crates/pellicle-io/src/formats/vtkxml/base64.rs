@@ -45,21 +45,21 @@ impl<'a> Payload<'a> {
             Payload::Raw(bytes) => return bytes.get(range).ok_or_else(|| io::ErrorKind::UnexpectedEof.into()),
             Payload::Text { first, text } => (first, text),
         };
-        scratch.clear();
-        let known = range.start.min(first.len())..range.end.min(first.len());
-        scratch.extend_from_slice(&first[known]);
         let (from, to) = (range.start.saturating_sub(first.len()), range.end.saturating_sub(first.len()));
-        let before = scratch.len();
         let text = text.get(from / 3 * 4..to.div_ceil(3) * 4).ok_or(io::ErrorKind::UnexpectedEof)?;
-        let decoded = text.len() / 4 * 3;
-        scratch.resize(before + decoded, 0);
-        let count = read_full(&mut Base64::new(text), &mut scratch[before..])?;
-        if count < from % 3 + (to - from) {
+        let known = &first[range.start.min(first.len())..range.end.min(first.len())];
+        // Bytes of the first characters that are not wanted stand between, only where nothing is known.
+        let (skip, wanted) = (from % 3, to - from);
+        let room = known.len() + text.len() / 4 * 3;
+        if scratch.len() < room {
+            scratch.resize(room, 0);
+        }
+        scratch[..known.len()].copy_from_slice(known);
+        let count = read_full(&mut Base64::new(text), &mut scratch[known.len()..room])?;
+        if count < skip + wanted {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "base64 that ends too early"));
         }
-        scratch.copy_within(before + from % 3..before + from % 3 + (to - from), before);
-        scratch.truncate(before + (to - from));
-        Ok(scratch)
+        Ok(&scratch[skip..skip + known.len() + wanted])
     }
 }
 

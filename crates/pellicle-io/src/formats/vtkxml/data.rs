@@ -108,8 +108,8 @@ impl<'a> Data<'a> {
         match &self.layout {
             Layout::Text(text) => self.fill_from_text(text, out),
             Layout::Plain(payload) => {
-                out.par_chunks_mut(RUN).enumerate().try_for_each_init(Vec::new, |scratch, (run, out)| {
-                    let from = run * RUN * scalar;
+                out.par_chunks_mut(RUN / 4).enumerate().try_for_each_init(Vec::new, |scratch, (run, out)| {
+                    let from = run * (RUN / 4) * scalar;
                     let bytes = payload.get(from..from + out.len() * scalar, scratch).map_err(|e| self.damaged(&e))?;
                     self.decode(bytes, out);
                     Ok(())

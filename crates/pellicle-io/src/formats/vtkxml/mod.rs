@@ -103,11 +103,8 @@ impl XmlFile {
         scalar: Scalar,
     ) -> Result<(), Error> {
         let data = self.data::<D>(array, scalar, count)?;
-        let old = out.len();
         // What was opened fits into memory.
-        out.reserve_exact(count as usize);
-        out.resize(old + count as usize, [D::default(); 3]);
-        data.fill(out[old..].as_flattened_mut())
+        data.fill(grow(out, count as usize, [D::default(); 3]).as_flattened_mut())
     }
 
     /// The attributes that are asked for: the arrays of the first piece that has points, which every other must have
@@ -158,11 +155,7 @@ impl XmlFile {
         scalar: Scalar,
     ) -> Result<(), Error> {
         let data = self.data::<D>(array, scalar, tuples)?;
-        let old = out.len();
-        let more = tuples as usize * array.components;
-        out.reserve_exact(more);
-        out.resize(old + more, D::default());
-        data.fill(&mut out[old..])
+        data.fill(grow(out, tuples as usize * array.components, D::default()))
     }
 
     /// The numbers of an array that describes cells.
@@ -219,6 +212,19 @@ impl Indices {
             Indices::Wide(values) => values[i],
         }
     }
+}
+
+/// Appends `more` values of zero, and gives them.
+fn grow<T: Clone>(out: &mut Vec<T>, more: usize, zero: T) -> &mut [T] {
+    let old = out.len();
+    if old == 0 {
+        // Memory that the system hands out as zeros is touched first by the threads that fill it.
+        *out = vec![zero; more];
+    } else {
+        out.reserve_exact(more);
+        out.resize(old + more, zero);
+    }
+    &mut out[old..]
 }
 
 fn fail(path: &Path, what: String) -> Error {
