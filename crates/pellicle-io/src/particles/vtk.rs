@@ -10,6 +10,7 @@ use crate::formats::vtk::{Array, Content, Reader, Section};
 use crate::scalar::{Field, Records, Scalar};
 
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    options.single(path, "legacy VTK")?;
     let mut reader = Reader::open(path)?;
     if !matches!(reader.dataset(), "POLYDATA" | "UNSTRUCTURED_GRID") {
         let what = format!(

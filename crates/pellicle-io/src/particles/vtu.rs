@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::formats::vtkxml::XmlFile;
 
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    options.single(path, "VTK XML")?;
     let file = XmlFile::open_grid(path)?;
     Ok(Particles { positions: file.positions()?, attributes: file.attributes(options)? })
 }
