@@ -80,7 +80,7 @@ pub struct SurfaceArgs {
     #[arg(short = 'l', long)]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "2")]
     pub smoothing_length: f64,
-    /// Edge of a lattice cell; half gives 4 times the triangles
+    /// Edge of a lattice cell in radii; half gives 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,

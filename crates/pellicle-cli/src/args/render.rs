@@ -11,8 +11,7 @@ use crate::values::{parse_pixels, parse_point, parse_positive, parse_range};
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "A file with faces is drawn as a surface, any other as spheres. Without --eye the camera sees all of the first,\n\
-middle and last frame. The same input gives the same bytes, without a GPU or a window."
+    after_help = "A file with faces is drawn as a surface, any other as spheres; no GPU and no window is needed."
 )]
 pub struct RenderArgs {
     /// Mesh or particle files: one, several, a folder, a .pvd, or a pattern such as f_####.ply
@@ -52,12 +51,12 @@ pub struct RenderArgs {
 
 /// The looks.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Looks")]
+#[command(next_help_heading = "Picture")]
 pub struct LookArgs {
-    /// Show this attribute by colours, of vectors the length [default: one colour]
+    /// Show this attribute, or a vector's length, by colours [default: none]
     #[arg(long, value_name = "NAME")]
     pub color_by: Option<String>,
-    /// Values at the ends of the colour bar [default: least and largest of each frame]
+    /// Values at the ends of the colour bar [default: each frame's own]
     #[arg(long, value_name = "LOW,HIGH", requires = "color_by", value_parser = parse_range, allow_hyphen_values = true)]
     pub range: Option<[f64; 2]>,
     /// Draw the edges of triangles
@@ -79,7 +78,7 @@ pub struct LookArgs {
 
 /// The camera.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Camera")]
+#[command(next_help_heading = "Picture")]
 pub struct CameraArgs {
     /// Degrees around the up axis, from the front to the right
     #[arg(long, value_name = "DEGREES", default_value = "30", allow_hyphen_values = true)]
