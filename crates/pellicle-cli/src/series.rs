@@ -13,7 +13,7 @@
 //! A frame that fails is reported, and the others go on.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Mutex, PoisonError, RwLock};
+use std::sync::{Mutex, OnceLock, PoisonError, RwLock};
 use std::time::Instant;
 
 use pellicle::Reconstructor;
@@ -48,14 +48,16 @@ enum Ending {
 struct Parcel {
     frame: Frame,
     loaded: Loaded,
+    radius: Option<f64>,
 }
 
 struct Series<'a> {
     job: &'a MeshJob,
     plan: &'a Plan,
     console: &'a Console,
-    /// One for the whole sequence, so that the surface does not breathe with what is inferred.
-    radius: Option<f64>,
+    /// One for the whole sequence, so that the surface does not breathe with what is inferred. Empty until a frame has
+    /// particles.
+    radius: OnceLock<f64>,
     /// Held to read by frames that share the memory, to write by one that needs all of it.
     memory: RwLock<()>,
     endings: Mutex<Vec<(Frame, Ending)>>,
@@ -68,6 +70,7 @@ pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure>
     let meshing = machine::separate_pool(job.threads)?;
     let reading = machine::separate_pool(job.threads)?;
     let (radius, mut first) = common_radius(job, plan, &reading, console)?;
+    let radius = radius.map_or_else(OnceLock::new, OnceLock::from);
     let series = Series { job, plan, console, radius, memory: RwLock::new(()), endings: Mutex::default() };
     console.begin_progress(plan.frames.len());
     let (sender, receiver) = sync_channel(0);
@@ -79,6 +82,7 @@ pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure>
         series.read_all(&mut first, sender, &reading);
     });
     console.end_progress();
+    let radius = series.radius.get().copied();
     let endings = series.endings.into_inner().unwrap_or_else(PoisonError::into_inner);
     Report { job, radius, endings, seconds: begun.elapsed().as_secs_f64() }.finish(plan, console)
 }
@@ -99,13 +103,17 @@ fn common_radius(
         // What is wrong with it is said when its turn comes.
         let Ok(loaded) = reading.install(|| load(job, frame, StageClock::start())) else { continue };
         if let Ok(Some(radius)) = reading.install(|| loaded.infer(job, &frame.input)) {
-            let file = frame.input.display();
-            console.say(format_args!("{file}: radius {}, inferred from the spacing (-r sets it)", show_number(radius)));
+            tell_radius(frame, radius, console);
             let is_first = plan.frames.first().is_some_and(|f| f.input == frame.input && f.step == frame.step);
             return Ok((Some(radius), is_first.then_some(loaded)));
         }
     }
     Ok((None, None))
+}
+
+fn tell_radius(frame: &Frame, radius: f64, console: &Console) {
+    let file = frame.input.display();
+    console.say(format_args!("{file}: radius {}, inferred from the spacing (-r sets it)", show_number(radius)));
 }
 
 impl Series<'_> {
@@ -118,17 +126,23 @@ impl Series<'_> {
                 if interrupt::is_asked() {
                     return;
                 }
+                // Of the first frame, whether it is wanted or skipped.
+                let early = first.take();
                 if self.job.skip_existing && is_done(&frame) {
                     self.end(frame, Ending::Skipped);
                     continue;
                 }
-                let loaded = match first.take() {
+                let loaded = match early {
                     Some(loaded) => Ok(loaded),
                     None => reading.install(|| load(self.job, &frame, StageClock::start())),
                 };
-                match loaded {
+                let parcel = loaded.and_then(|loaded| {
+                    let radius = reading.install(|| self.radius_for(&frame, &loaded))?;
+                    Ok(Parcel { frame: frame.clone(), loaded, radius })
+                });
+                match parcel {
                     // The meshers live as long as there is a sender.
-                    Ok(loaded) => drop(meshers.send(Parcel { frame, loaded })),
+                    Ok(parcel) => drop(meshers.send(parcel)),
                     Err(failure) => self.end(frame, Ending::Failed(failure)),
                 }
             }
@@ -142,13 +156,27 @@ impl Series<'_> {
         }
     }
 
+    /// The sequence's radius; where none is known yet, as in a watched folder that was empty, this frame's is taken for all.
+    fn radius_for(&self, frame: &Frame, loaded: &Loaded) -> Result<Option<f64>, Failure> {
+        if let Some(&radius) = self.radius.get() {
+            return Ok(Some(radius));
+        }
+        let inferred = loaded.infer(self.job, &frame.input)?;
+        if let Some(radius) = inferred {
+            tell_radius(frame, radius, self.console);
+            // Only the reader's thread comes here.
+            let _ = self.radius.set(radius);
+        }
+        Ok(inferred)
+    }
+
     /// Meshes what is handed over, until the reader is gone.
     fn mesh_all(&self, parcels: &Mutex<Receiver<Parcel>>, pool: &ThreadPool) {
         let mut reconstructor = Reconstructor::new();
         loop {
             let parcel = parcels.lock().unwrap_or_else(PoisonError::into_inner).recv();
-            let Ok(Parcel { frame, mut loaded }) = parcel else { return };
-            let ending = match self.mesh(&frame, &mut loaded, &mut reconstructor, pool) {
+            let Ok(Parcel { frame, mut loaded, radius }) = parcel else { return };
+            let ending = match self.mesh(&frame, &mut loaded, radius, &mut reconstructor, pool) {
                 Ok(outcome) => Ending::Done(Box::new(outcome)),
                 Err(failure) => Ending::Failed(failure),
             };
@@ -161,16 +189,13 @@ impl Series<'_> {
         &self,
         frame: &Frame,
         loaded: &mut Loaded,
+        radius: Option<f64>,
         reconstructor: &mut Reconstructor,
         pool: &ThreadPool,
     ) -> Result<Outcome, Failure> {
         interrupt::check()?;
         self.plan.prepare(frame)?;
         Target::new(frame.output.clone())?.check()?;
-        let radius = match self.radius {
-            Some(radius) => Some(radius),
-            None => pool.install(|| loaded.infer(self.job, &frame.input))?,
-        };
         // Besides the frames that are meshed, one is being read.
         let share = self.job.params.max_memory.map(|all| all / (AT_ONCE as u64 + 1));
         let together = {

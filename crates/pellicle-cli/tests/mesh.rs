@@ -212,12 +212,16 @@ fn a_memory_limit_below_the_particles_is_refused_with_the_number() {
 }
 
 #[test]
-fn a_folder_where_the_output_should_go_is_an_error() {
+fn a_folder_takes_the_mesh_under_its_inputs_name() {
     let folder = Folder::new();
     folder.write_xyz("frame.xyz", &cube(3));
-    std::fs::create_dir(folder.path("out.ply")).unwrap();
-    let run = folder.run(&["mesh", "frame.xyz", "-o", "out.ply"]).expect(1);
-    assert!(run.stderr.contains("out.ply"), "{}", run.stderr);
+    std::fs::create_dir(folder.path("there")).unwrap();
+    for output in ["there", "new/"] {
+        folder.run(&["mesh", "frame.xyz", "-o", output]).expect(0);
+        folder.run(&["check", &format!("{}/frame.ply", output.trim_end_matches('/'))]).expect(0);
+    }
+    let run = folder.run(&["mesh", "frame.xyz", "-o", "not/there/"]).expect(1);
+    assert!(run.stderr.contains("not/there"), "{}", run.stderr);
 }
 
 #[test]

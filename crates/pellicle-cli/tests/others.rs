@@ -87,7 +87,10 @@ fn demo_makes_a_closed_surface_and_says_what_to_type_next() {
     let folder = Folder::new();
     let run = folder.run(&["demo"]).expect(0);
     assert!(run.stdout.contains("demo.ply") && run.stdout.contains("pellicle mesh"), "{}", run.stdout);
-    assert_eq!(folder.files(), ["demo.ply"]);
+    assert_eq!(folder.files(), ["demo.glb", "demo.html", "demo.ply", "demo.png"]);
+    folder.run(&["check", "demo.glb"]).expect(0);
+    let page = std::fs::read_to_string(folder.path("demo.html")).unwrap();
+    assert!(page.starts_with("<!doctype html>") && !page.contains("http://") && !page.contains("https://"));
     folder.run(&["check", "demo.ply"]).expect(0);
     let report = folder.run(&["info", "demo.ply", "--json"]).expect(0).json();
     assert_eq!(report["attributes"][0]["name"], "velocity");

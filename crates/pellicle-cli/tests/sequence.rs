@@ -85,6 +85,19 @@ fn what_is_there_is_skipped_unless_its_particles_are_newer() {
 }
 
 #[test]
+fn what_is_made_later_is_what_it_would_have_been() {
+    let folder = Folder::new();
+    frames(&folder, 4);
+    folder.run(&["mesh", "f_###.xyz"]).expect(0);
+    let read = |n: usize| std::fs::read(folder.path(&format!("f_{n:03}.ply"))).unwrap();
+    let before = [read(1), read(2)];
+    assert!(before[0] != before[1]);
+    std::fs::remove_file(folder.path("f_002.ply")).unwrap();
+    folder.run(&["mesh", "f_###.xyz", "--skip-existing"]).expect(0);
+    assert!([read(1), read(2)] == before);
+}
+
+#[test]
 fn parts_together_make_the_whole() {
     let folder = Folder::new();
     frames(&folder, 5);
@@ -198,7 +211,8 @@ fn wrong_sequences_are_told_before_any_work() {
         (&["mesh", "g_###.xyz"], 1, "g_001.xyz"),
         (&["mesh", "f_###.xyz", "--shard", "3/2"], 2, "part 3 of 2"),
         (&["mesh", "f_###.xyz", "--frames", "9-1"], 2, "1-9"),
-        (&["mesh", "f_###.xyz", "-o", "f_###.xyz"], 2, "not known"),
+        (&["mesh", "f_###.xyz", "-o", "f_###.xyz"], 2, "overwrite"),
+        (&["mesh", "f_###.xyz", "-o", "s_###.xyz"], 2, "not known"),
         (&["mesh", "--config", "absent.toml"], 1, "absent.toml"),
         (&["mesh"], 2, "IN"),
     ] {

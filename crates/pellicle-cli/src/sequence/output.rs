@@ -124,10 +124,10 @@ pub fn check<'a>(outputs: &Outputs, frames: &[(&'a Path, &'a Path)]) -> Result<(
         let place = places.of(output);
         if let Some(other) = inputs.get(&place) {
             return Err(Failure::Usage(format!(
-                "{}: the mesh of {} would overwrite {} (choose another output with -o)",
+                "{}: the result of {} would overwrite {} (choose another name)",
                 output.display(),
                 input.display(),
-                if other == input { "its particles".to_owned() } else { format!("the particles {}", other.display()) },
+                if other == input { "its input".to_owned() } else { format!("the input {}", other.display()) },
             )));
         }
         if let Some(other) = taken.insert(place, input) {
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn no_output_takes_an_inputs_place() {
-        assert!(checked(Some("x.ply"), &["x.ply"]).unwrap_err().contains("its particles"));
+        assert!(checked(Some("x.ply"), &["x.ply"]).unwrap_err().contains("its input"));
         let folder = Folder::with(&["a.ply", "b.vtk", "sub/c"]);
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         let message = checked(None, &[&at("b.vtk"), &at("b.ply")]).unwrap_err();
