@@ -17,6 +17,8 @@ pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
         let extensions: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
         console.say(format_args!("{name:<28}{particles:<12}{meshes:<12}{}", extensions.join(" ")));
     }
+    console.say("\nA .pvd is written for a sequence, with its frames as .vtp: pellicle mesh f_####.vtk -o name.pvd");
+    console.say("Text, dumps and JSON may be gzipped. Which foreign programs agree: docs/src/formats.md");
     console.report(|| {
         let entry = |info: FormatInfo| {
             json!({
