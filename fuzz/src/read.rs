@@ -12,8 +12,8 @@ use pellicle_io::{
 
 /// One target per format that is read, named by the format's usual extension.
 pub const TARGETS: [&str; 18] = [
-    "ply", "bgeo", "vtk", "vtu", "vtp", "pvd", "xyz", "extxyz", "dump", "csv", "npy", "npz", "json", "bi4", "h5", "obj",
-    "stl", "glb",
+    "ply", "bgeo", "vtk", "vtu", "vtp", "pvd", "xyz", "extxyz", "dump", "csv", "npy", "npz", "json", "bi4", "h5",
+    "obj", "stl", "glb",
 ];
 
 /// Files that a list of files may name: they lie beside it.

@@ -49,7 +49,8 @@ fn every_format_that_is_read_has_a_sample() {
 fn files_cut_short_are_told_as_such() {
     let folder = Folder::new();
     let part = samples::all().into_iter().find(|s| s.name.ends_with(".vtp")).expect("a sample").bytes;
-    ["part.vtp", "rest.vtp"].map(|name| folder.write(name, &part));
+    folder.write("part.vtp", &part);
+    folder.write("rest.vtp", &part);
     for (name, bytes) in files::all(&folder) {
         for i in 0..50 {
             let path = folder.write(&name, &bytes[..bytes.len() * i / 50]);
@@ -203,12 +204,17 @@ fn counts_that_lie_are_refused() {
         for name in ["little.ply", "ascii.ply", "big_lists.ply", "ascii_lists.ply"] {
             text(name, "element vertex ", "\n");
         }
-        for name in ["c3.npy", "c7_fortran.npy", "structured.npy", "halves.npy"] {
+        for name in ["c3.npy", "c3_double.npy", "c7_fortran.npy", "structured.npy", "halves.npy"] {
             text(name, "(", ",");
         }
         text("stored.npz", "(", ", 3)");
         text("classic.xyz", "", "\n");
-        text("usual.dump", "NUMBER OF ATOMS\n", "\n");
+        text("numbers.xyz", "", "\n");
+        text("bare.dat", "", "\n");
+        text("extended.extxyz", "", "\n");
+        for name in ["usual.dump", "shuffled.dump", "scaled.dump"] {
+            text(name, "NUMBER OF ATOMS\n", "\n");
+        }
         for name in ["old.vtk", "old_ascii.vtk", "new.vtk", "new_ascii.vtk"] {
             text(name, "POINTS ", " ");
             text(name, "POINT_DATA ", "\n");
@@ -234,10 +240,11 @@ fn counts_that_lie_are_refused() {
     }
     // The shape of a dataset in one piece, whose header has no checksum.
     if cfg!(feature = "hdf5") {
-        for count in [41u64, 1 << 20, 1 << 32, 1 << 63, u64::MAX] {
+        for count in [0u64, 41, 1 << 20, 1 << 32, 1 << 63, u64::MAX] {
             let shape = |count: u64| [count.to_le_bytes(), 3u64.to_le_bytes()].concat();
             let bytes = replaced(sample("snapshot.hdf5"), &shape(COUNT as u64), &shape(count));
-            assert!(try_all(&folder.write("snapshot.hdf5", bytes)).is_none(), "snapshot.hdf5 with {count}");
+            let found = try_all(&folder.write("snapshot.hdf5", bytes));
+            assert!(found.is_none() || (count, found) == (0, Some(0)), "snapshot.hdf5 with {count}");
         }
     }
     for count in [41u32, 1 << 24, u32::MAX, -40i32 as u32] {
@@ -276,6 +283,31 @@ fn cells_that_lie_are_refused() {
             let error = read_mesh(&folder.write(name, replaced(&bytes, from.as_bytes(), to.as_bytes())));
             assert!(error.is_err(), "{name}: {to} for {from}");
         }
+    }
+}
+
+#[test]
+fn faces_that_lie_are_refused() {
+    let folder = Folder::new();
+    let files = mesh_files(&folder);
+    let mut cases = Vec::new();
+    for count in ["29", "1000000", "4294967296", "18446744073709551615", "99999999999999999999999", "-28"] {
+        cases.push(("mesh.ply", "element face 28\n", format!("element face {count}\n")));
+        cases.push(("mesh.ply", "element vertex 30\n", format!("element vertex {count}\n")));
+        cases.push(("mesh.vtk", "POINTS 30 ", format!("POINTS {count} ")));
+        cases.push(("mesh.vtk", "POLYGONS 28 112\n", format!("POLYGONS {count} 112\n")));
+        cases.push(("mesh.vtk", "POLYGONS 28 112\n", format!("POLYGONS 28 {count}\n")));
+        cases.push(("mesh.obj", "f 1 2 3\n", format!("f 1 2 {count}000\n")));
+    }
+    for corners in ["1 2 31", "0 1 2", "1 2 -31", "1 2 4294967297", "1 2", "1/x 2/y 3.5"] {
+        cases.push(("mesh.obj", "f 1 2 3\n", format!("f {corners}\n")));
+    }
+    for (name, from, to) in cases {
+        let bytes = &files.iter().find(|file| file.0 == name).expect(name).1;
+        assert!(read_mesh(&folder.write(name, bytes)).is_ok());
+        let path = folder.write(name, replaced(bytes, from.as_bytes(), to.as_bytes()));
+        try_all(&path);
+        assert!(read_mesh(&path).is_err(), "{name}: {to} for {from}");
     }
 }
 
