@@ -76,6 +76,7 @@ fn lists_that_lead_nowhere_or_to_themselves_are_refused() {
     let parallel = |file: &str| format!("<VTKFile type=\"PPolyData\"><Piece Source=\"{file}\"/></VTKFile>");
     folder.write("three", parallel("four"));
     folder.write("four", parallel("three"));
+    folder.write("data.vtp", vtp(0, 1, "one"));
     let cases = [
         ("itself.pvd", pvd(&[("0", "", "itself.pvd")]), "itself"),
         ("around.pvd", pvd(&[("0", "", "./x/../around.pvd")]), "itself"),
@@ -84,6 +85,8 @@ fn lists_that_lead_nowhere_or_to_themselves_are_refused() {
         ("itself.pvtp", parallel("itself.pvtp"), "itself"),
         ("none.pvd", pvd(&[("0", "", "")]), "no file"),
         ("time.pvd", pvd(&[("soon", "", "a.vtp")]), "'soon'"),
+        ("endless.pvd", pvd(&[("1e400", "", "a.vtp")]), "'1e400'"),
+        ("twice.pvd", pvd(&[("0", "0", "data.vtp"), ("0", "1", "./data.vtp")]), "twice"),
         ("nan.pvd", pvd(&[("NaN", "", "a.vtp")]), "'NaN'"),
         ("missing.pvd", pvd(&[("0", "", "gone.vtp")]), "gone.vtp"),
         ("empty.pvd", pvd(&[]), "has 0"),

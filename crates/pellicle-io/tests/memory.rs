@@ -5,15 +5,8 @@ mod common;
 
 use std::io::Write;
 
-use common::{Folder, read};
+use common::{Folder, peak, read};
 use pellicle_io::read_mesh;
-
-/// The largest address space that the process has had, in bytes: counts what was reserved, used or not.
-fn peak() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
-    let line = status.lines().find(|line| line.starts_with("VmPeak:")).expect("Linux has it");
-    line.split_ascii_whitespace().nth(1).and_then(|kib| kib.parse::<u64>().ok()).expect("a number") * 1024
-}
 
 #[test]
 fn lying_headers_and_bombs_cost_no_memory() {
@@ -102,6 +95,7 @@ fn lying_headers_and_bombs_cost_no_memory() {
         .collect();
     // The first reading settles what the process needs anyway.
     let _ = read(&folder.write("first.ply", b"ply\n"));
+    let peak = || peak().expect("Linux tells it");
     let before = peak();
     for (name, bytes) in &files {
         let path = folder.write(name, bytes);

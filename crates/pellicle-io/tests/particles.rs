@@ -108,16 +108,28 @@ fn what_is_not_read_is_told_with_a_way_out() {
 #[test]
 fn no_particles_are_an_empty_result() {
     let folder = Folder::new();
-    let cases: [(&str, &[u8]); 8] = [
+    let cases: [(&str, &[u8]); 13] = [
+        ("a.vtp", b"<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/></PolyData></VTKFile>"),
+        ("a.pvd", b"<VTKFile type=\"Collection\"><Collection><DataSet file=\"a.vtp\"/></Collection></VTKFile>"),
+        (
+            "a.dump",
+            b"ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n0\nITEM: BOX BOUNDS\n0 1\n0 1\n0 1\nITEM: ATOMS id x y z\n",
+        ),
+        ("a.extxyz", b"0\nProperties=species:S:1:pos:R:3\n"),
+        ("a.json", b"[]"),
         ("a.xyz", b""),
         ("a.csv", b""),
         ("b.csv", b"x,y,z,vx\n"),
-                (
+        (
             "lists.ply",
             b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty list uchar int l\n\
               property float y\nproperty float z\nend_header\n",
         ),
-("a.ply", b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\nend_header\n"),
+        (
+            "a.ply",
+            b"ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n\
+              end_header\n",
+        ),
         ("a.vtk", b"# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"),
         ("a.vtu", b"<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/></PolyData></VTKFile>"),
         ("a.bgeo", b"BgeoV\0\0\0\x05\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\xff"),

@@ -1,6 +1,7 @@
 //! ParaView's lists of files: `.pvd`, the files of a sequence over time, and `.pvtu` and `.pvtp`, the pieces of one step.
 
 use std::cmp::Ordering;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::join::join;
@@ -14,7 +15,7 @@ use crate::formats::vtkxml::document::{Kind, Listed};
 /// A file of a sequence, as a PVD lists it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PvdEntry {
-    /// Time of the step, in whatever unit the writer used. Never NaN.
+    /// Time of the step, in whatever unit the writer used. Finite.
     pub time: f64,
     /// Which part of the step: often `0`, `1`, …, but a name is possible. Empty where the list does not tell.
     pub part: String,
@@ -77,6 +78,7 @@ fn read_list(path: &Path, options: &ReadOptions, above: Option<&Path>) -> Result
     };
     let may_hold_lists = list.document().kind == Kind::Collection;
     drop(list);
+    check_distinct(path, &files)?;
     // What stands in a list is a single step, whatever the step's number in the list.
     let options = ReadOptions { frame: 0, ..options.clone() };
     let mut parts = Vec::with_capacity(files.len());
@@ -110,6 +112,18 @@ fn step(path: &Path, frame: usize) -> Result<Vec<PathBuf>, Error> {
         Some(step) => Ok(step.iter().map(|entry| entry.file.clone()).collect()),
         None => {
             let what = format!("there is no time step {frame}: the list has {}, counted from 0", steps.len());
+            Err(fail(path, what))
+        }
+    }
+}
+
+/// A file that counted more than once would make much of a small list.
+fn check_distinct(path: &Path, files: &[PathBuf]) -> Result<(), Error> {
+    let mut known = BTreeSet::new();
+    match files.iter().find(|file| !known.insert(file.canonicalize().unwrap_or_else(|_| file.to_path_buf()))) {
+        None => Ok(()),
+        Some(file) => {
+            let what = format!("the list names '{}' twice for one time step: name each part once", file.display());
             Err(fail(path, what))
         }
     }

@@ -70,3 +70,11 @@ pub fn positions(particles: &Particles) -> Vec<[f64; 3]> {
 pub fn attribute<'a>(particles: &'a Particles, name: &str) -> &'a ParticleAttribute {
     particles.attribute(name).unwrap_or_else(|| panic!("no attribute {name}"))
 }
+
+/// The largest address space that this process has had, in bytes: counts what was reserved, used or not. Only Linux
+/// tells.
+pub fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmPeak:"))?;
+    Some(line.split_ascii_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}

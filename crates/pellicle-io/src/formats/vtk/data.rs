@@ -78,15 +78,16 @@ impl Reader {
         cells: Cells,
         mut each: impl FnMut(&Source<'_>, &[i64]) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let mut points = Vec::new();
+        let (mut points, mut numbers) = (Vec::new(), 0u64);
         if !cells.has_offsets {
             self.room(Scalar::I32, 1, cells.count, "cells")?;
             for _ in 0..cells.count {
                 let corners = self.integer(Scalar::I32)?;
                 self.cell(Scalar::I32, corners, &mut points)?;
+                numbers += 1 + points.len() as u64;
                 each(&self.source, &points)?;
             }
-            return Ok(());
+            return self.check_size(cells, numbers);
         }
         let scalar = self.connectivity_type("OFFSETS")?;
         let mut offsets = Vec::with_capacity(self.room(scalar, 1, cells.count, "offsets of cells")?);
@@ -96,9 +97,19 @@ impl Reader {
         let scalar = self.connectivity_type("CONNECTIVITY")?;
         for pair in offsets.windows(2) {
             self.cell(scalar, pair[1].saturating_sub(pair[0]), &mut points)?;
+            numbers += points.len() as u64;
             each(&self.source, &points)?;
         }
-        Ok(())
+        self.check_size(cells, numbers)
+    }
+
+    /// What follows is found by the size alone where cells are passed over, so it must be right.
+    fn check_size(&self, cells: Cells, numbers: u64) -> Result<(), Error> {
+        if numbers == cells.size {
+            return Ok(());
+        }
+        let announced = cells.size;
+        Err(self.source.fail(format!("the cells take {numbers} numbers, where {announced} are announced")))
     }
 
     fn cell(&mut self, scalar: Scalar, corners: i64, points: &mut Vec<i64>) -> Result<(), Error> {

@@ -188,8 +188,8 @@ impl Parser<'_> {
             return Err(self.fail("a DataSet names no file"));
         };
         let time = self.attribute(tag, "timestep")?.unwrap_or_else(|| "0".into());
-        let Some(time) = time.trim().parse::<f64>().ok().filter(|time| !time.is_nan()) else {
-            return Err(self.fail(format!("the time step '{time}' is not a number")));
+        let Some(time) = time.trim().parse::<f64>().ok().filter(|time| time.is_finite()) else {
+            return Err(self.fail(format!("the time step '{time}' is not a finite number")));
         };
         let part = self.attribute(tag, "part")?.unwrap_or_default();
         self.document.listed.push(Listed { file: file.into(), time, part });

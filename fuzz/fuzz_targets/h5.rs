@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.h5`.
+#![no_main]
+
+pellicle_fuzz::target!();

@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.npy`.
+#![no_main]
+
+pellicle_fuzz::target!();

@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.vtu`.
+#![no_main]
+
+pellicle_fuzz::target!();

@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.xyz`.
+#![no_main]
+
+pellicle_fuzz::target!();
