@@ -13,8 +13,7 @@ use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads}
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "Patterns: ####, {}, %04d, $F4. RADII are multiples of -r. The same bytes for any --threads, --max-memory\n\
-and --band. File types: pellicle formats"
+    after_help = "Patterns: ####, {}, %04d, $F4. RADII are multiples of -r. File types: pellicle formats"
 )]
 pub struct MeshArgs {
     /// Particle files: one, several, a folder, a .pvd, or a pattern such as frame_####.vtk

@@ -242,7 +242,7 @@ mod tests {
         let folder = Folder::with(&["a.ply", "b.vtk", "sub/c"]);
         let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
         let message = checked(None, &[&at("b.vtk"), &at("b.ply")]).unwrap_err();
-        assert!(message.contains("would overwrite the particles"), "{message}");
+        assert!(message.contains("would overwrite the input"), "{message}");
         assert!(checked(Some(&at("sub/../a.ply")), &[&at("a.ply")]).is_err());
         assert!(checked(Some(&at("sub/../new.ply")), &[&at("a.ply")]).is_ok());
     }
