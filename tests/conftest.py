@@ -88,7 +88,7 @@ def witness(request):
     `format` as `pellicle_io::formats()` names it; `direction` is one of "particles in", "particles out", "mesh in",
     "mesh out"; `package` the module (its name and version are noted) or a string; `attributes` what was compared besides
     positions and triangles. Counts when the test passes. `cargo xtask formats` turns all of them into
-    docs/src/formats.md.
+    docs/src/formats.md. `@pytest.mark.witness` with the same words does it for a test that shows one thing.
     """
 
     def tell(format, direction, package, attributes=""):
@@ -105,14 +105,19 @@ def pytest_addoption(parser):
 
 def pytest_collection_modifyitems(config, items):
     if config.getoption("--witnesses"):
-        items[:] = [item for item in items if "witness" in getattr(item, "fixturenames", ())]
+        tells = lambda item: "witness" in getattr(item, "fixturenames", ()) or item.get_closest_marker("witness")
+        items[:] = [item for item in items if tells(item)]
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "witness(format, direction, package, attributes): what the fixture `witness` tells")
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item, call):
     report = (yield).get_result()
     if call.when == "call":
-        rows = item.stash.get(WITNESSES, [])
+        rows = item.stash.get(WITNESSES, []) + [mark.args for mark in item.iter_markers("witness")]
         item.session.stash.setdefault(WITNESSES, []).extend((*row, "agrees" if report.passed else "FAILS") for row in rows)
 
 

@@ -47,6 +47,7 @@ def assert_holds(found, positions, exact=0.0, **attributes):
         assert np.allclose(by_name[name]["max"], high, rtol=1e-6, atol=exact), name
 
 
+@pytest.mark.witness("NumPy array", "particles in", "numpy", "f16, f32, f64, i32; C and Fortran order")
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8", "<f2", "<i4"])
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_numpy_arrays_of_any_type_and_order(pellicle, tmp_path, cloud, dtype, order):
@@ -55,6 +56,7 @@ def test_numpy_arrays_of_any_type_and_order(pellicle, tmp_path, cloud, dtype, or
     assert_holds(info(pellicle, tmp_path / "a.npy"), positions)
 
 
+@pytest.mark.witness("NumPy array", "particles in", "numpy", "structured types")
 def test_numpy_structured_array(pellicle, tmp_path, cloud):
     positions, velocities, densities = cloud
     kind = np.dtype([("id", "<i8"), ("label", "<U3"), ("pos", "<f4", (3,)), ("v", "<f8", (3,)), ("density", "<f4")], align=True)
@@ -66,6 +68,7 @@ def test_numpy_structured_array(pellicle, tmp_path, cloud):
     assert "label" not in [attribute["name"] for attribute in found["attributes"]]
 
 
+@pytest.mark.witness("NumPy archive", "particles in", "numpy", "stored and deflated")
 @pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
 @pytest.mark.parametrize("name", ["positions", "pos", "x", "whatever"])
 def test_numpy_archives(pellicle, tmp_path, cloud, save, name):
@@ -87,6 +90,7 @@ def test_numpy_archive_with_two_candidates_is_refused(pellicle, tmp_path, cloud)
     assert_failed(pellicle("info", tmp_path / "a.npz"), "a.npz", "a [500, 3]", "b [500, 3]")
 
 
+@pytest.mark.witness("CSV", "particles in", "numpy", "any separator")
 @pytest.mark.parametrize("delimiter", [" ", ",", ";", "\t"])
 @pytest.mark.parametrize("ending", [".csv", ".txt", ".dat", ".xyz", ".csv.gz"])
 def test_numpy_savetxt(pellicle, tmp_path, cloud, delimiter, ending):
@@ -95,6 +99,7 @@ def test_numpy_savetxt(pellicle, tmp_path, cloud, delimiter, ending):
     assert_holds(info(pellicle, path), cloud[0])
 
 
+@pytest.mark.witness("CSV", "particles in", "pandas", "decimal commas, quotes, index columns")
 @pytest.mark.parametrize("options", [{}, {"sep": ";", "decimal": ","}, {"sep": "\t"}, {"index": False}, {"quoting": csv.QUOTE_ALL}])
 def test_pandas(pellicle, tmp_path, cloud, options):
     pandas = package("pandas")
@@ -117,6 +122,7 @@ def atoms(cloud, cell):
     return made
 
 
+@pytest.mark.witness("text and extended XYZ", "particles in", "ase", "velocity and arrays")
 def test_extended_xyz_by_ase(pellicle, tmp_path, cloud):
     write = package("ase.io").write
     first, second = atoms(cloud, [1, 2, 3]), atoms((cloud[0] + 5, cloud[1], cloud[2]), [1, 2, 3])
@@ -128,6 +134,7 @@ def test_extended_xyz_by_ase(pellicle, tmp_path, cloud):
     assert_holds(info(pellicle, tmp_path / "a.extxyz"), cloud[0], exact=1e-8, **names)
 
 
+@pytest.mark.witness("text and extended XYZ", "particles in", "ase", "plain XYZ")
 def test_plain_xyz_by_ase(pellicle, tmp_path, cloud):
     package("ase.io").write(tmp_path / "a.xyz", atoms(cloud, [1, 2, 3]), format="xyz")
     assert_holds(info(pellicle, tmp_path / "a.xyz"), cloud[0], exact=1e-8)
@@ -137,6 +144,7 @@ TILTED = "ITEM: BOX BOUNDS xy xz yz pp pp pp\n{} {} -1\n{} {} 2\n3 9 0.5\n".form
 BOXES = {"orthogonal": "ITEM: BOX BOUNDS pp pp ff\n1 5\n2 7\n3 9\n", "tilted": TILTED}
 
 
+@pytest.mark.witness("LAMMPS dump", "particles in", "ase", "velocity; scaled, tilted and unwrapped")
 @pytest.mark.parametrize("box", BOXES)
 @pytest.mark.parametrize("columns", ["id type x y z vx vy vz", "vz type zs vy id ys xs vx", "xu id yu type zu vx vy vz"])
 def test_lammps_dumps_are_read_as_ase_reads_them(pellicle, tmp_path, cloud, box, columns):
@@ -154,6 +162,7 @@ def test_lammps_dumps_are_read_as_ase_reads_them(pellicle, tmp_path, cloud, box,
     assert_holds(found, expected.positions + shift, exact=1e-9, velocity=cloud[1], id=values["id"])
 
 
+@pytest.mark.witness("JSON", "particles in", "json", "velocity, density")
 @pytest.mark.parametrize("shape", ["rows", "flat", "objects", "arrays", "columns"])
 @pytest.mark.parametrize("indent", [None, 1])
 def test_json(pellicle, tmp_path, cloud, shape, indent):
@@ -207,6 +216,7 @@ def test_dualsphysics_bi4(pellicle, tmp_path, cloud, order, position):
     assert_holds(found, positions.astype(dtype), id=np.arange(N), velocity=velocities, density=densities)
 
 
+@pytest.mark.witness("raw XYZ", "particles in", "numpy", "f32, f64")
 @pytest.mark.parametrize("dtype, ending", [("<f4", ".xyz"), ("<f8", ".f64"), ("<f4", ".f32"), ("<f4", ".raw")])
 def test_raw_numbers(pellicle, tmp_path, cloud, dtype, ending):
     path = tmp_path / f"a{ending}"

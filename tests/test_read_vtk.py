@@ -127,6 +127,8 @@ def write_xml(vtk, data, path, mode, encoded, compressor, header, order):
     assert writer.Write() == 1
 
 
+@pytest.mark.witness("VTK XML polygons", "particles in", "vtk", "all types, encodings and compressors")
+@pytest.mark.witness("VTK XML unstructured grid", "particles in", "vtk", "all types, encodings and compressors")
 @pytest.mark.parametrize("compressor", ["none", "zlib", "lz4", "lzma"])
 @pytest.mark.parametrize("mode, encoded", [("ascii", 0), ("inline", 0), ("appended", 0), ("appended", 1)])
 def test_vtk_xml_in_every_encoding(pellicle, vtk, tmp_path, mode, encoded, compressor):
@@ -136,6 +138,7 @@ def test_vtk_xml_in_every_encoding(pellicle, vtk, tmp_path, mode, encoded, compr
         assert_holds(info(pellicle, path), tolerance=ASCII if mode == "ascii" else 0)
 
 
+@pytest.mark.witness("VTK legacy", "particles in", "vtk", "all types; versions 4.2 and 5.1")
 @pytest.mark.parametrize("version", [42, 51])
 @pytest.mark.parametrize("is_binary", [False, True])
 @pytest.mark.parametrize("kind", ["PolyData", "UnstructuredGrid"])
@@ -196,6 +199,7 @@ def test_pieces_and_empty_ones_are_joined(pellicle, vtk, tmp_path):
     assert info(pellicle, tmp_path / "a.vtu")["particles"] == 0
 
 
+@pytest.mark.witness("ParaView list of files", "particles in", "vtk", "pieces and steps")
 def test_parallel_pieces_and_steps(pellicle, vtk, tmp_path):
     halves = [slice(0, 300), slice(300, COUNT)]
     for step, shift in enumerate([0.0, 10.0]):
@@ -212,6 +216,8 @@ def test_parallel_pieces_and_steps(pellicle, vtk, tmp_path):
     assert_holds(info(pellicle, tmp_path / "one.pvtu"), points=POINTS + 10)
 
 
+@pytest.mark.witness("VTK legacy", "particles in", "meshio", "all types")
+@pytest.mark.witness("VTK XML unstructured grid", "particles in", "meshio", "all types")
 @pytest.mark.parametrize("name", ["a.vtk", "ascii.vtk", "a.vtu", "ascii.vtu", "zlib.vtu", "lzma.vtu"])
 def test_meshio(pellicle, tmp_path, name):
     meshio = pytest.importorskip("meshio", reason="the wheel meshio is missing: cargo xtask test --all installs it")
@@ -235,6 +241,9 @@ def surface(vtk):
     return points, faces
 
 
+@pytest.mark.witness("VTK legacy", "mesh in", "vtk", "triangles, quads, strips")
+@pytest.mark.witness("VTK XML polygons", "mesh in", "vtk", "polygons, strips")
+@pytest.mark.witness("VTK XML unstructured grid", "mesh in", "vtk", "triangles, quads")
 @pytest.mark.parametrize("name", ["a.vtp", "a.vtu", "ascii.vtp", "polydata.vtk", "grid.vtk", "old.vtk"])
 def test_meshes(pellicle, vtk, tmp_path, name):
     points, faces = surface(vtk)
@@ -284,6 +293,7 @@ def put(group, arrays, **options):
 CHUNKED = dict(chunks=True, compression="gzip", shuffle=True)
 
 
+@pytest.mark.witness("HDF5", "particles in", "h5py", "Gadget and SWIFT; chunked, shuffled, deflated")
 @pytest.mark.parametrize("options", [{}, CHUNKED, dict(chunks=True, fletcher32=True), dict(chunks=True, compression="lzf")])
 @pytest.mark.parametrize("libver", ["earliest", "latest"])
 def test_hdf5_snapshots(pellicle, hdf5, tmp_path, options, libver):
@@ -299,6 +309,7 @@ def test_hdf5_snapshots(pellicle, hdf5, tmp_path, options, libver):
     assert_holds(info(pellicle, path))
 
 
+@pytest.mark.witness("HDF5", "particles in", "h5py", "PySPH")
 def test_hdf5_of_pysph(pellicle, hdf5, tmp_path):
     x, y, z = POINTS.T
     u, v, w = ARRAYS["velocity"].T
@@ -328,6 +339,7 @@ def test_hdf5_of_other_shapes(pellicle, hdf5, tmp_path):
     assert info(pellicle, tmp_path / "none.h5")["particles"] == 0
 
 
+@pytest.mark.witness("HDF5", "particles in", "h5py", "VTKHDF with steps")
 def test_vtkhdf(pellicle, hdf5, tmp_path):
     """Two steps, of which the first has two parts."""
     path = tmp_path / "a.vtkhdf"

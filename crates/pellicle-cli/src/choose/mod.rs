@@ -83,11 +83,12 @@ impl Choice {
     /// for messages.
     ///
     /// # Errors
-    /// The first position that is not finite, unless they are dropped; an expression that does not fit the attributes.
+    /// The first position that is not finite, where some particles are to be chosen and such ones refused; an expression
+    /// that does not fit the attributes.
     pub fn apply(&self, particles: &mut Particles, path: &Path) -> Result<Chosen, Failure> {
         let before = particles.positions.len();
-        if self.crop.is_none() && self.filter.is_none() && self.invalid == Invalid::Keep {
-            // Nobody is left out.
+        if self.crop.is_none() && self.filter.is_none() && self.invalid != Invalid::Drop {
+            // Nobody is left out, and the reconstruction looks at every position itself.
             if let Some(factor) = self.scale {
                 transform::scale(particles, factor);
             }
