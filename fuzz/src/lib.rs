@@ -14,6 +14,7 @@ pub use read::{BESIDE, TARGETS, read_every_way};
 pub use libfuzzer_sys;
 
 /// Writes the bytes to a file with this extension, in memory where the system offers that, and reads it in every way.
+/// A small folder is left behind for each process.
 pub fn fuzz_one(extension: &str, bytes: &[u8]) {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {

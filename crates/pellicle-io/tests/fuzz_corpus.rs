@@ -29,6 +29,8 @@ use pellicle_scenes::Random;
 
 /// Damaged files per format without `PELLICLE_FUZZ_SECONDS`.
 const FILES: u64 = 1000;
+/// Files per format to choose from: the memory that is measured is this process's.
+const POOL: usize = 500;
 /// Findings of interest that `grow_the_corpus` keeps for each format.
 const KEPT: usize = 24;
 
@@ -115,7 +117,12 @@ fn damaged_files_are_read_without_a_panic_a_long_wait_or_much_memory() {
             let words = judge.expect_sound(target, &bytes, &format!("seed {seed}"));
             // A file that goes a way of its own is worth further damage.
             if known.insert((*target, outline(&words))) {
-                files.push(bytes);
+                if files.len() < POOL {
+                    files.push(bytes);
+                } else {
+                    let place = random.below(POOL);
+                    files[place] = bytes;
+                }
             }
         }
     }
