@@ -1,6 +1,6 @@
 //! How long a picture takes: a mesh of a raw file of little-endian `f32` triples, or of a splash, median of several runs.
 //!
-//! `cargo run --release -p pellicle-render --example speed -- [FILE.xyz RADIUS | PARTICLES] [CELL]`
+//! `cargo run --release -p pellicle-render --example draw_speed -- [FILE.xyz RADIUS | PARTICLES] [CELL]`
 
 use std::time::Instant;
 

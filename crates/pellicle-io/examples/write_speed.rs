@@ -1,5 +1,5 @@
 //! How fast files are written: a mesh of two million triangles and a million particles in every format, beside a plain
-//! write of the same number of bytes. `cargo run --release -p pellicle-io --example speed -- FOLDER`
+//! write of the same number of bytes. `cargo run --release -p pellicle-io --example write_speed -- FOLDER`
 //!
 //! The folder decides what is measured: a folder in memory, the code; one on a disk, mostly the disk. The best of five.
 
