@@ -69,7 +69,7 @@ impl Pattern {
             parts.push(Part::Numbered(pieces));
         }
         let has_number = parts.iter().any(|part| matches!(part, Part::Numbered(_)));
-        Ok(has_number.then(|| Self { parts }))
+        Ok(has_number.then_some(Self { parts }))
     }
 
     /// The path of a frame.
