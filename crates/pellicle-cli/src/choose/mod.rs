@@ -87,8 +87,10 @@ impl Choice {
     /// that does not fit the attributes.
     pub fn apply(&self, particles: &mut Particles, path: &Path) -> Result<Chosen, Failure> {
         let before = particles.positions.len();
-        if self.crop.is_none() && self.filter.is_none() && self.invalid != Invalid::Drop {
-            // Nobody is left out, and the reconstruction looks at every position itself.
+        // Without a choice nobody is left out, and the reconstruction looks at every position itself; but of what a scale
+        // makes infinite the position in the file is told here.
+        let looks_at_all = self.invalid == Invalid::Drop || (self.invalid == Invalid::Refuse && self.scale.is_some());
+        if self.crop.is_none() && self.filter.is_none() && !looks_at_all {
             if let Some(factor) = self.scale {
                 transform::scale(particles, factor);
             }
