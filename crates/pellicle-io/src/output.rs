@@ -1,4 +1,4 @@
-//! A file on its way out: bytes in order, arrays by several threads, under a temporary name until it is complete.
+//! A file on its way out: bytes in order, arrays by several threads, not under its name until it is complete.
 
 use std::ops::Range;
 use std::path::Path;

@@ -1,7 +1,6 @@
 //! Mesh files in and out: one file per format and direction.
 //!
-//! Every output is written under a temporary name in its folder and renamed when it is complete, so that a file of
-//! the final name is always whole. The bytes depend on nothing but the mesh and the options.
+//! Every output gets its name when it is complete (`temporary`), so that a file of the final name is always whole. The bytes depend on nothing but the mesh and the options.
 
 mod assemble;
 mod cells;

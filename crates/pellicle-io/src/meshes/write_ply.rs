@@ -71,7 +71,7 @@ fn data_len(layout: &PlyLayout, stride: usize) -> u64 {
 }
 
 impl PlyFile {
-    /// Creates the file, under a temporary name, and writes its header.
+    /// Creates the file, not yet under its name, and writes its header.
     ///
     /// # Errors
     /// [`Error::TooLarge`] if there are more vertices than indices of 32 bits can tell, [`Error::Sink`].
