@@ -45,7 +45,7 @@ impl Fountain {
             *place = add_scaled(*place, TIME / 2.0, add_scaled(*velocity, 1.0, fallen));
             *velocity = fallen;
             if place[1] < 0.0 {
-                place[1] = -BOUNCE[0] * place[1];
+                place[1] *= -BOUNCE[0];
                 *velocity = [BOUNCE[1] * fallen[0], BOUNCE[0] * fallen[1].abs(), BOUNCE[1] * fallen[2]];
             }
         }

@@ -101,9 +101,9 @@ pub struct Play {
 #[derive(Debug, Clone)]
 enum Actor {
     Fountain(Fountain),
-    Blob(Blob),
+    Blob(Box<Blob>),
     Explosion(Explosion),
-    Monster(Box<Monster>),
+    Monster(Monster),
 }
 
 impl Play {
@@ -111,9 +111,9 @@ impl Play {
     pub fn new(show: Show, seed: u64) -> Self {
         let actor = match show {
             Show::Fountain => Actor::Fountain(Fountain::new(seed)),
-            Show::Blob => Actor::Blob(Blob::new(seed)),
+            Show::Blob => Actor::Blob(Box::new(Blob::new(seed))),
             Show::Explosion => Actor::Explosion(Explosion::new(seed)),
-            Show::Monster => Actor::Monster(Box::new(Monster::new(seed))),
+            Show::Monster => Actor::Monster(Monster::new(seed)),
         };
         let mut play = Self { actor, frame: 0, balls: Balls::default() };
         play.place();

@@ -29,7 +29,7 @@ const REUNION: usize = 225;
 /// Where the monster stands.
 const HOME: Vec3 = [0.0, 6.0, 0.0];
 /// What its splash on the wall spreads from; the wall's x is the first number.
-const SPLASH: Vec3 = [19.0, 14.0, 0.0];
+const SPLASH: Vec3 = [19.0, 18.5, 0.0];
 /// From the middle of the body to the first particle of a tentacle, and to the last.
 const ROOT: f64 = 3.0;
 const TIP: f64 = 18.0;
@@ -109,7 +109,7 @@ impl Monster {
         velocity[1] -= TIME * 12.0;
         *place = add_scaled(*place, TIME, *velocity);
         if place[1] < 0.0 {
-            place[1] = -0.3 * place[1];
+            place[1] *= -0.3;
             *velocity = [0.6 * velocity[0], -0.3 * velocity[1], 0.6 * velocity[2]];
         }
     }
@@ -206,7 +206,7 @@ fn arm_of(i: usize) -> (usize, f64) {
 /// Where a tentacle points, and the horizontal direction across it.
 fn directions(arm: usize) -> [Vec3; 2] {
     let (sin, cos) = sin_cos_turns(arm as f64 / ARMS as f64 + 0.05);
-    let rise = if arm % 2 == 0 { 0.1 } else { 0.55 };
+    let rise = if arm.is_multiple_of(2) { 0.1 } else { 0.55 };
     [normalized([cos, rise, sin]), [-sin, 0.0, cos]]
 }
 
