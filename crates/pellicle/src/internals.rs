@@ -1,0 +1,7 @@
+//! Parts that rivals in `pellicle-bench` share with the roads, so that what is compared is the method and not the code
+//! around it. No part of the interface: it changes without notice.
+
+pub use crate::{
+    march::tables::{CASES, Case, edge_corner},
+    math::simd::{Kernel, LANES, Simd, Unit},
+};
