@@ -1,4 +1,5 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub mod slices;
 pub(crate) mod tables;

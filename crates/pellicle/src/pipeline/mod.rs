@@ -1,5 +1,7 @@
 //! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! Road B, every frame: particles → blocks → columns → slices → sink, in [`engine`].
 
+pub(crate) mod engine;
 mod surface;
 
 pub use surface::{Chunk, Surface};
