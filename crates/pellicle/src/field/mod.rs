@@ -14,6 +14,7 @@ pub(crate) mod falloff;
 pub(crate) mod kernel;
 pub(crate) mod metaball;
 pub(crate) mod sph;
+pub(crate) mod volume;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 
