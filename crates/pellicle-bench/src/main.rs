@@ -1,31 +1,36 @@
-//! Tables that compare pellicle with other methods, printed. Stages are measured by `cargo bench`.
+//! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
+mod contour;
 mod rivals;
 mod rosenberg;
-
-use clap::{Parser, Subcommand};
 
 /// Counts bytes, so that tables can tell memory.
 #[global_allocator]
 static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
 
-/// Tables that compare pellicle with other methods.
-#[derive(Debug, Parser)]
-#[command(name = "pellicle-bench", arg_required_else_help = true, disable_help_subcommand = true)]
-struct Cli {
-    #[command(subcommand)]
-    table: Table,
-}
+/// A measurement: takes its arguments in words.
+type Run = fn(&[String]) -> Result<(), String>;
 
-#[derive(Debug, Subcommand)]
-enum Table {
-    /// Figure 7 of Rosenberg & Birdwell 2008: marching slices beside two ways to follow a surface
-    #[command(name = "rosenberg-2008")]
-    Rosenberg2008(rosenberg::Args),
-}
+/// What can be measured: the verb, its arguments, and the function.
+const VERBS: &[(&str, &str, Run)] = &[
+    ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
+];
 
-fn main() {
-    match Cli::parse().table {
-        Table::Rosenberg2008(args) => rosenberg::run(&args),
+fn main() -> std::process::ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let verb = words.first().and_then(|word| VERBS.iter().find(|verb| verb.0 == word));
+    let Some((_, _, run)) = verb else {
+        for (verb, arguments, _) in VERBS {
+            eprintln!("pellicle-bench {verb} {arguments}");
+        }
+        return 2.into();
+    };
+    match run(&words[1..]) {
+        Ok(()) => 0.into(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            1.into()
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! around it. No part of the interface: it changes without notice.
 
 pub use crate::{
+    field::falloff::{Falloff, Triquet},
     march::tables::{CASES, Case, edge_corner},
     math::simd::{Kernel, LANES, Simd, Unit},
 };

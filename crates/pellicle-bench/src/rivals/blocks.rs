@@ -19,7 +19,6 @@ use super::{Approach, Output, Task, held};
 /// The approach with its memory.
 pub struct Blocks {
     task: Task,
-    unit: Unit,
     /// Cubes along an edge of a block.
     size: i32,
     shares: Shares,
@@ -100,12 +99,12 @@ impl Grid {
         (((x + 1.0) * self.inverse) as i32).clamp(0, self.count - 1)
     }
 
-    fn build(&mut self, positions: impl Iterator<Item = ([f32; 3], f32)> + Clone) {
+    fn build(&mut self, positions: impl Iterator<Item = [f32; 3]> + Clone) {
         let n = self.count;
         self.starts.fill(0);
         self.last = [-1; 3];
         self.cells.clear();
-        for (p, _) in positions.clone() {
+        for p in positions.clone() {
             let [x, y, z] = p.map(|x| self.cell(x));
             let cell = (x + n * (y + n * z)) as u32;
             self.cells.push(cell);
@@ -117,10 +116,10 @@ impl Grid {
             *start = sum;
         }
         self.particles.resize(self.cells.len());
-        for ((p, strength), &cell) in positions.zip(&self.cells) {
+        for (p, &cell) in positions.zip(&self.cells) {
             let start = &mut self.starts[cell as usize];
             *start -= 1;
-            self.particles.set(*start as usize, p, strength);
+            self.particles.set(*start as usize, p);
         }
     }
 
@@ -275,7 +274,6 @@ impl Blocks {
         let nodes = size + 1;
         Self {
             task,
-            unit,
             size: size as i32,
             shares: Shares::default(),
             grid: Grid::new(cell, size as f64 * task.spacing / task.support),
@@ -372,7 +370,7 @@ impl Blocks {
 }
 
 impl Approach for Blocks {
-    fn update(&mut self, positions: &[[f32; 3]], strengths: &[f32], out: &mut Output) {
+    fn update(&mut self, positions: &[[f32; 3]], out: &mut Output) {
         out.start();
         let task = self.task;
         let (step, scale) = ((task.spacing / task.support) as f32, 1.0 / task.support);
@@ -384,8 +382,7 @@ impl Approach for Blocks {
             let members = &self.shares.particles[share.first as usize..share.end as usize];
             self.grid.build(members.iter().map(|&i| {
                 let p = positions[i as usize];
-                let local = std::array::from_fn(|a| ((f64::from(p[a]) - origin[a]) * scale) as f32);
-                (local, strengths[i as usize])
+                std::array::from_fn(|a| ((f64::from(p[a]) - origin[a]) * scale) as f32)
             }));
             self.seed(number, step);
             self.drain(number, step, out);

@@ -79,7 +79,7 @@ impl Cells {
         [down(at[0]), down(at[1]), down(at[2])]
     }
 
-    fn build(&mut self, positions: &[[f32; 3]], strengths: &[f32], scale: f32) {
+    fn build(&mut self, positions: &[[f32; 3]], scale: f32) {
         self.ranges.clear();
         self.keys.clear();
         self.last = u64::MAX;
@@ -95,9 +95,9 @@ impl Cells {
             first += count;
         }
         self.particles.resize(positions.len());
-        for ((position, &strength), key) in positions.iter().zip(strengths).zip(&self.keys) {
+        for (position, key) in positions.iter().zip(&self.keys) {
             if let Some(range) = self.ranges.get_mut(key) {
-                self.particles.set(range[1] as usize, position.map(|x| x * scale), strength);
+                self.particles.set(range[1] as usize, position.map(|x| x * scale));
                 range[1] += 1;
             }
         }
@@ -220,11 +220,11 @@ impl Hashed {
 }
 
 impl Approach for Hashed {
-    fn update(&mut self, positions: &[[f32; 3]], strengths: &[f32], out: &mut Output) {
+    fn update(&mut self, positions: &[[f32; 3]], out: &mut Output) {
         out.start();
         self.places.clear();
         self.corners.clear();
-        self.cells.build(positions, strengths, (1.0 / self.task.support) as f32);
+        self.cells.build(positions, (1.0 / self.task.support) as f32);
         self.seed(positions);
         self.drain(out);
         out.corners = self.corners.len();

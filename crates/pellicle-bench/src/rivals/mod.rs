@@ -45,7 +45,7 @@ pub struct Output {
 
 impl Output {
     /// Empties it for the next frame; the memory stays.
-    fn start(&mut self) {
+    pub fn start(&mut self) {
         self.vertices.clear();
         self.indices.clear();
         (self.cubes, self.corners) = (0, 0);
@@ -54,8 +54,8 @@ impl Output {
 
 /// One of the approaches.
 pub trait Approach {
-    /// Makes the surface of a frame.
-    fn update(&mut self, positions: &[[f32; 3]], strengths: &[f32], out: &mut Output);
+    /// Makes the surface of a frame; every particle's strength is 1.
+    fn update(&mut self, positions: &[[f32; 3]], out: &mut Output);
 
     /// Bytes that the lookup of particles holds.
     fn cache_bytes(&self) -> usize;

@@ -1,49 +1,31 @@
 //! The field at a corner, 16 particles at a time.
 
-use pellicle::internals::{Kernel, LANES, Simd};
-trait Falloff {
-    fn value<S: Simd>(&self, s: S, u: S::F) -> S::F;
-    fn slope<S: Simd>(&self, s: S, u: S::F) -> S::F;
-}
-struct Triquet;
-impl Falloff for Triquet {
-    #[inline(always)]
-    fn value<S: Simd>(&self, s: S, u: S::F) -> S::F {
-        s.mul(s.mul(u, u), s.splat(0.25))
-    }
-
-    #[inline(always)]
-    fn slope<S: Simd>(&self, s: S, u: S::F) -> S::F {
-        s.mul(u, s.splat(0.5))
-    }
-}
+use pellicle::internals::{Falloff, Kernel, LANES, Simd, Triquet};
 
 /// Particles in the order of their cells, relative to some origin, in units of the support. Sixteen beyond the last can be
 /// loaded.
 #[derive(Debug, Default)]
 pub struct Particles {
     axes: [Vec<f32>; 3],
-    strengths: Vec<f32>,
 }
 
 impl Particles {
     /// Room for `count`.
     pub fn resize(&mut self, count: usize) {
-        for column in self.axes.iter_mut().chain([&mut self.strengths]) {
+        for column in &mut self.axes {
             column.clear();
             column.resize(count + LANES, 0.0);
         }
     }
 
-    pub fn set(&mut self, at: usize, position: [f32; 3], strength: f32) {
+    pub fn set(&mut self, at: usize, position: [f32; 3]) {
         for (column, x) in self.axes.iter_mut().zip(position) {
             column[at] = x;
         }
-        self.strengths[at] = strength;
     }
 
     pub fn held(&self) -> usize {
-        self.axes.iter().chain([&self.strengths]).map(super::held).sum()
+        self.axes.iter().map(super::held).sum()
     }
 }
 
@@ -71,13 +53,12 @@ impl Kernel for Sum<'_> {
             while i < end {
                 let (dx, dy, dz) = (s.sub(px, s.load(&x[i..])), s.sub(py, s.load(&y[i..])), s.sub(pz, s.load(&z[i..])));
                 let dist_sq = s.add(s.add(s.mul(dx, dx), s.mul(dy, dy)), s.mul(dz, dz));
-                let u = s.max(s.sub(one, dist_sq), zero);
-                let mut strength = s.load(&self.particles.strengths[i..]);
+                let mut u = s.max(s.sub(one, dist_sq), zero);
                 if end - i < LANES {
-                    strength = s.select((1u16 << (end - i)) - 1, strength, zero);
+                    u = s.select((1u16 << (end - i)) - 1, u, zero);
                 }
-                value = s.add(value, s.mul(strength, Triquet.value(s, u)));
-                let slope = s.mul(strength, Triquet.slope(s, u));
+                value = s.add(value, Triquet.value(s, u));
+                let slope = Triquet.slope(s, u);
                 nx = s.add(nx, s.mul(slope, dx));
                 ny = s.add(ny, s.mul(slope, dy));
                 nz = s.add(nz, s.mul(slope, dz));

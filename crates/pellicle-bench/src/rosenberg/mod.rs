@@ -1,77 +1,74 @@
-//! dev
-use std::time::Instant;
+//! `pellicle-bench rosenberg-2008`: figure 7 of Rosenberg & Birdwell 2008 with today's three approaches on one core, beside
+//! the paper's numbers. `--json` prints one object a row, `--search` how the rivals' sizes were chosen, `--quick` a tenth of
+//! the frames.
+//!
+//! An approach is timed over the frames of a show, everything from positions to vertices and triangles in the caller's
+//! memory; the approaches take turns, and the middle of several rounds counts. Its bytes are the most that a counting
+//! allocator saw in use at once while a fresh one made all frames, without the output; what the look-up of particles holds
+//! of them is *cache*, the rest *render*.
+//!
+//! Source: Rosenberg & Birdwell, "Real-time particle isosurface extraction", 2008, section 7 and figure 7.
+
+mod engine;
+mod measure;
+mod report;
+mod scenes;
+mod search;
 
 use pellicle::Lanes;
 use pellicle::internals::Unit;
-use pellicle_scenes::{Balls, ISO, Play, SUPPORT, Show};
 
-use crate::rivals::{Approach, Output, Task, blocks::Blocks, hashed::Hashed};
+use crate::rivals::{blocks::Blocks, hashed::Hashed};
+use engine::Slices;
+use measure::{Row, measure};
+use scenes::Setting;
 
-#[derive(Debug, clap::Args)]
-pub struct Args {
-    #[arg(long)]
-    tune: bool,
-    #[arg(long)]
-    only: Option<String>,
-}
-
-pub fn run(args: &Args) {
-    let unit = Unit::new(Lanes::Auto).unwrap();
-    for (show, spacing) in [
-        (Show::Fountain, 1.0),
-        (Show::Fountain, 0.75),
-        (Show::Fountain, 0.5),
-        (Show::Blob, 0.3),
-        (Show::Explosion, 0.6),
-    ] {
-        let task = Task { spacing, support: f64::from(SUPPORT), iso: ISO };
-        let mut play = Play::new(show, 1);
-        let mut frames: Vec<Balls> = Vec::new();
-        while play.frame() < 300 {
-            if play.frame() >= 150 && play.frame() % 15 == 0 {
-                frames.push(play.balls().clone());
-            }
-            play.step();
-        }
-        let mut out =
-            Output { vertices: Vec::with_capacity(1 << 20), indices: Vec::with_capacity(1 << 22), ..Output::default() };
-        let mut time = |name: String, a: &mut dyn Approach| {
-            if args.only.as_ref().is_some_and(|o| !format!("{} {spacing} {name}", show.name()).contains(o)) {
-                return;
-            }
-            let (mut cubes, mut tris, mut corners) = (0, 0, 0);
-            let mut best = f64::INFINITY;
-            for _ in 0..3 {
-                (cubes, tris, corners) = (0, 0, 0);
-                let t = Instant::now();
-                for f in &frames {
-                    a.update(&f.positions, &f.strengths, &mut out);
-                    cubes += out.cubes;
-                    tris += out.indices.len() / 3;
-                    corners += out.corners;
-                }
-                best = best.min(t.elapsed().as_secs_f64());
-            }
-            println!(
-                "{} {spacing} {name}: {:.1} fps {:.2} Mcubes/s cubes {} tris {} corners {} cache {}",
-                show.name(),
-                frames.len() as f64 / best,
-                cubes as f64 / best / 1e6,
-                cubes / frames.len(),
-                tris,
-                corners,
-                a.cache_bytes()
-            );
-        };
-        for size in [16, 24, 32, 48, 64, 96] {
-            for cell in [0.34, 0.5, 1.0] {
-                if args.tune || (size == 32 && cell == 1.0) {
-                    time(format!("blocks {size} {cell}"), &mut Blocks::new(task, unit, size, cell));
-                }
-            }
-        }
-        for cell in [1.0] {
-            time(format!("hashed {cell}"), &mut Hashed::new(task, unit, cell));
+/// Runs the verb.
+pub fn run(words: &[String]) -> Result<(), String> {
+    let (mut json, mut search, mut every) = (false, false, 1);
+    for word in words {
+        match word.as_str() {
+            "--json" => json = true,
+            "--search" => search = true,
+            "--quick" => every = 10,
+            other => return Err(format!("{other}: --json, --search or --quick")),
         }
     }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
+    pool.install(|| {
+        if search {
+            return search::run(every);
+        }
+        let mut rows = Vec::new();
+        for setting in &scenes::ALL {
+            let frames = setting.frames(every);
+            let new = measure(&frames, approaches(setting)?)?;
+            if json {
+                new.iter().enumerate().for_each(|(i, row)| println!("{}", report::json(setting, i + 1, row)));
+            } else {
+                report::scene(setting, &new, frames.len());
+            }
+            rows.push(new);
+        }
+        if !json {
+            report::ratios(&rows);
+        }
+        Ok(())
+    })
+}
+
+/// The three, each with the sizes that suit it best.
+fn approaches(setting: &Setting) -> Result<Vec<measure::Maker>, String> {
+    let unit = unit()?;
+    let (task, block, cells) = (setting.task(), setting.block, setting.cells);
+    Slices::new(task)?;
+    Ok(vec![
+        Box::new(move || Box::new(Slices::new(task).unwrap_or_else(|error| unreachable!("checked before: {error}")))),
+        Box::new(move || Box::new(Blocks::new(task, unit, block, cells[0]))),
+        Box::new(move || Box::new(Hashed::new(task, unit, cells[1]))),
+    ])
+}
+
+fn unit() -> Result<Unit, String> {
+    Unit::new(Lanes::Auto).ok_or_else(|| "no vector unit".into())
 }

@@ -32,15 +32,21 @@ pub trait Simd: Copy + Send + Sync {
     /// Sixteen `f32`.
     type F: Copy;
 
+    /// The same in every lane.
     fn splat(self, v: f32) -> Self::F;
     /// The first 16 values of `from`, which must have as many.
     fn load(self, from: &[f32]) -> Self::F;
     /// Writes to the first 16 places of `to`, which must have as many.
     fn store(self, v: Self::F, to: &mut [f32]);
+    /// a + b.
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a − b.
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a · b.
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a / b.
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The square root, correctly rounded.
     fn sqrt(self, a: Self::F) -> Self::F;
     /// `a > b ? a : b` in each lane.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
@@ -63,17 +69,22 @@ pub trait Simd: Copy + Send + Sync {
 
 /// A hot loop, generic over the vector unit. Its `run` must be `#[inline(always)]`, as must all that it calls.
 pub trait Kernel {
+    /// What it results in.
     type Output;
+    /// The loop.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// A vector unit that this machine has.
 #[derive(Clone, Copy, Debug)]
 pub enum Unit {
+    /// One register of 512 bits.
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
+    /// Two registers of 256 bits.
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
+    /// An array.
     Portable(Portable),
 }
 
