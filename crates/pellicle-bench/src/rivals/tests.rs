@@ -86,14 +86,14 @@ fn a_hashed_surface_is_closed_and_faces_outward() {
     let task = Task { spacing: 0.5, support: SUPPORT.into(), iso: ISO };
     let out = surface(&mut Hashed::new(task, unit(), 1.0), &play.balls().positions);
     let mesh = pellicle::Mesh {
-        positions: out.vertices.iter().map(|v| [v[0], v[1], v[2]]).collect(),
+        vertices: out.vertices.iter().map(|v| [v[0], v[1], v[2]]).collect(),
         triangles: out.indices.as_chunks::<3>().0.to_vec(),
         ..pellicle::Mesh::default()
     };
     let report = pellicle::mesh::Report::of(&mesh);
     assert!(report.closed_manifold() && report.signed_volume > 0.0, "{report:?}");
     for t in &mesh.triangles {
-        let [a, b, c] = t.map(|v| mesh.positions[v as usize].map(f64::from));
+        let [a, b, c] = t.map(|v| mesh.vertices[v as usize].map(f64::from));
         let n = out.vertices[t[0] as usize];
         let (u, v): (Vec<f64>, Vec<f64>) = (0..3).map(|k| (b[k] - a[k], c[k] - a[k])).unzip();
         let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
