@@ -10,9 +10,13 @@ mod mesh;
 mod render;
 mod sequence;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use pellicle_scenes::Show;
+
+use crate::values::parse_pixels;
 
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
@@ -204,11 +208,44 @@ pub struct CheckArgs {
     pub talk: TalkArgs,
 }
 
+/// What `demo` shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShowArg {
+    /// A jet of water, up to 3000 particles.
+    Fountain,
+    /// 100 particles that stretch, part and meet.
+    Blob,
+    /// 1000 particles that fly apart.
+    Explosion,
+    /// 250 particles with tentacles and a hide.
+    Monster,
+}
+
+impl From<ShowArg> for Show {
+    fn from(show: ShowArg) -> Self {
+        match show {
+            ShowArg::Fountain => Self::Fountain,
+            ShowArg::Blob => Self::Blob,
+            ShowArg::Explosion => Self::Explosion,
+            ShowArg::Monster => Self::Monster,
+        }
+    }
+}
+
 /// `demo`.
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct DemoArgs {
-    /// Folder for demo.ply, demo.glb, demo.png and demo.html; it must exist
+    /// A show whose surface is made frame by frame, as pictures SHOW_0000.png … [default: a splash, as files]
+    #[arg(value_name = "SHOW")]
+    pub show: Option<ShowArg>,
+    /// Pictures of the show, spread over its 300 frames
+    #[arg(long, value_name = "N", default_value = "60")]
+    pub frames: NonZeroUsize,
+    /// Width and height of the show's pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "960x720", value_parser = parse_pixels)]
+    pub size: (u32, u32),
+    /// Folder for what is made (demo.ply, demo.glb, demo.png, demo.html, or pictures); it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

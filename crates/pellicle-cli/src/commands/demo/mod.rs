@@ -1,4 +1,6 @@
-//! `demo`: a splash of particles, made here and now, its surface, and pictures of both. No data are needed.
+//! `demo`, alone: a splash of particles, made here and now, its surface, and pictures of both. No data are needed.
+
+mod show;
 
 use std::path::{Path, PathBuf};
 
@@ -33,6 +35,9 @@ const FILES: [&str; 4] = ["demo.ply", "demo.glb", "demo.png", "demo.html"];
 
 /// Runs the verb.
 pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
+    if let Some(show) = args.show {
+        return show::run(show.into(), args, console);
+    }
     let clock = StageClock::start();
     interrupt::listen();
     let [ply, glb, png, html] = FILES.map(|name| inside(&args.output_dir, name));
@@ -94,7 +99,8 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
          pellicle check {ply}             is it closed?\n  \
          pellicle mesh FRAME.vtk             your own particles\n  \
          pellicle mesh frame_####.vtk -o out/   and all of them\n  \
-         pellicle mesh --help                every option"
+         pellicle mesh --help                every option\n  \
+         pellicle demo monster               250 particles that move, a picture a frame"
     ));
     console.report(|| {
         json!({
