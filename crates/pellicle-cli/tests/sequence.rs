@@ -241,7 +241,7 @@ fn wrong_sequences_are_told_before_any_work() {
         (&["mesh", "f_###.xyz", "--shard", "3/2"], 2, "part 3 of 2"),
         (&["mesh", "f_###.xyz", "--frames", "9-1"], 2, "1-9"),
         (&["mesh", "f_###.xyz", "-o", "f_###.xyz"], 2, "overwrite"),
-        (&["mesh", "f_###.xyz", "-o", "s_###.xyz"], 2, "not known"),
+        (&["mesh", "f_###.xyz", "-o", "s_###.xyz"], 2, "not possible"),
         (&["mesh", "--config", "absent.toml"], 1, "absent.toml"),
         (&["mesh"], 2, "IN"),
     ] {
