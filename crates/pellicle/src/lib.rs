@@ -47,8 +47,10 @@ mod stats;
 pub use error::Error;
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
-pub use params::{Band, Lanes, Params};
-pub use particles::{Attribute, Positions, infer_radius};
+pub use params::{
+    Band, FieldParameter, Lanes, OnderikParams, Params, ScalarField, SolenthalerParams, ZhuBridsonParams,
+};
+pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{Chunk, Reconstructor, Sampled, Sorted, Surface, Weighed, reconstruct};
 pub use progress::{CancelToken, Control, Stage};
 pub use stats::Stats;

@@ -1,5 +1,6 @@
 //! Vectors of lanes, bit tricks and parallel ranges: what the stages are made of, and nothing about surfaces.
 
 pub(crate) mod bits;
+pub(crate) mod eigen;
 pub(crate) mod ranges;
 pub mod simd;

@@ -1,0 +1,171 @@
+//! From the field that was asked for to the one that is computed: its type, its support, and the columns of its particles.
+
+use super::Reconstructor;
+use crate::{
+    Control, Error, Params, Positions, ScalarField,
+    field::{
+        adams::Depths,
+        density,
+        onderik::{self, Onderik},
+        solenthaler::Solenthaler,
+        sph::{Sph, SphOfRadii},
+        zhu_bridson::ZhuBridson,
+    },
+    fill::any::AnyField,
+    lattice::Lattice,
+    math::simd::{LANES, Unit},
+};
+
+/// A field, ready for its particles.
+pub(super) struct Chosen {
+    pub(super) field: Box<dyn AnyField>,
+    /// Support radius in world units: the farthest that any particle reaches.
+    pub(super) support: f64,
+    /// Columns that the particles will have.
+    pub(super) columns: usize,
+}
+
+/// One type where particles bring radii, another where they don't.
+macro_rules! of_radii {
+    ($has_radii:expr, $field:ident { $($entry:ident),* }) => {
+        if $has_radii {
+            Box::new($field::<true> { $($entry),* }) as Box<dyn AnyField>
+        } else {
+            Box::new($field::<false> { $($entry),* })
+        }
+    };
+}
+
+/// The field of these parameters.
+pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen, Error> {
+    let radii = positions.radii();
+    let [smallest, largest] = check_radii(radii, positions.len())?.unwrap_or([1.0; 2]);
+    let has_radii = radii.is_some();
+    let (iso, particles_per_support) = (params.iso as f32, params.smoothing_length as f32);
+    let in_support_units = |spacings: f64| (spacings / params.smoothing_length) as f32;
+    let mut support = params.support();
+    let (field, columns): (Box<dyn AnyField>, usize) = match params.field {
+        ScalarField::Sph if has_radii => {
+            // The largest particle's.
+            support = 2.0 * params.smoothing_length * largest;
+            let smallest = (smallest / largest) as f32;
+            (Box::new(SphOfRadii { iso, particles_per_support, smallest }), 3)
+        }
+        ScalarField::Sph => (Box::new(Sph { iso, particles_per_support }), 1),
+        ScalarField::ZhuBridson(own) => {
+            let radius = in_support_units(own.radius);
+            (of_radii!(has_radii, ZhuBridson { iso, radius, particles_per_support }), usize::from(has_radii))
+        }
+        ScalarField::Solenthaler(own) => {
+            let (radius, t_low, t_high) = (in_support_units(own.radius), own.t_low as f32, own.t_high as f32);
+            let field = of_radii!(has_radii, Solenthaler { iso, radius, t_low, t_high, particles_per_support });
+            (field, usize::from(has_radii))
+        }
+        ScalarField::Adams => {
+            let radius = in_support_units(1.0);
+            (Box::new(ZhuBridson::<true> { iso, radius, particles_per_support }), 1)
+        }
+        ScalarField::Onderik(own) => {
+            let (radius, w_min, w_max) = (in_support_units(own.radius), own.w_min as f32, own.w_max as f32);
+            let field = of_radii!(has_radii, Onderik { iso, radius, w_min, w_max, particles_per_support });
+            (field, 1 + usize::from(has_radii))
+        }
+    };
+    if support.is_normal() && (1.0 / support).is_normal() {
+        Ok(Chosen { field, support, columns })
+    } else {
+        let must = "not so large that supports overflow";
+        Err(Error::Parameter { name: "radii", value: largest, must })
+    }
+}
+
+/// Computes the columns of the sorted particles.
+pub(super) fn weigh(
+    from: &mut Reconstructor,
+    unit: Unit,
+    lattice: Lattice,
+    params: &Params,
+    radii: Option<&[f32]>,
+    control: &Control<'_>,
+) {
+    let Reconstructor { cells, columns, .. } = from;
+    let (n, order) = (cells.len(), cells.order());
+    // A column of each particle's radius, made by a rule, in canonical order.
+    let of_radii = |rule: &dyn Fn(f64) -> f64| -> Option<Vec<f32>> {
+        let radii = radii?;
+        Some(order.iter().map(|&i| rule(f64::from(radii[i as usize])) as f32).chain([0.0; LANES]).collect())
+    };
+    // A particle's spacing is twice its radius.
+    let spacings = |factor: f64| of_radii(&|r| 2.0 * factor * r / lattice.support);
+    match params.field {
+        ScalarField::Sph => {
+            let share = |r: f64| r * 2.0 * params.smoothing_length / lattice.support;
+            let own = of_radii(&|r| share(r).powi(3)).zip(of_radii(&|r| share(r).powi(-2)));
+            if let Some((masses, per_support_sq)) = own {
+                columns.resize_with(3, Vec::new);
+                let own = density::Own { masses: &masses, per_support_sq: &per_support_sq };
+                own.weights(unit, cells, control, &mut columns[0]);
+                // A little rounded up, so that rounding of distances loses nobody.
+                columns[2] = per_support_sq.iter().map(|v| if *v > 0.0 { 1.000_01 / v } else { 0.0 }).collect();
+                columns[1] = per_support_sq;
+            } else {
+                columns.resize_with(1, Vec::new);
+                density::weights(unit, cells, control, &mut columns[0]);
+            }
+        }
+        ScalarField::ZhuBridson(own) => {
+            columns.clear();
+            columns.extend(spacings(own.radius));
+        }
+        ScalarField::Solenthaler(own) => {
+            columns.clear();
+            columns.extend(spacings(own.radius));
+        }
+        ScalarField::Adams => {
+            columns.resize_with(1, Vec::new);
+            Depths::new(params.smoothing_length, spacings(0.5)).write(unit, cells, control, &mut columns[0]);
+        }
+        ScalarField::Onderik(own) => {
+            columns.resize_with(1, Vec::new);
+            onderik::volumes(unit, cells, control, &mut columns[0]);
+            columns.extend(spacings(own.radius));
+        }
+    }
+    debug_assert!(columns.iter().all(|column| column.len() >= n + LANES));
+}
+
+/// The particles' volumes in cubic world units, in canonical order, if the field computes them.
+pub(super) fn volumes<'a>(
+    field: ScalarField,
+    lattice: Lattice,
+    columns: &'a [Vec<f32>],
+    count: usize,
+) -> Option<impl Iterator<Item = f64> + 'a> {
+    match field {
+        ScalarField::Sph => {
+            // The kernel's factor is 16/(π h³), see `field::kernel`; a support of its own stands in a second column.
+            let unit = std::f64::consts::PI / 16.0 * lattice.support.powi(3);
+            let own = move |i: usize| columns.get(1).map_or(1.0, |column| f64::from(column[i]).powf(-1.5));
+            Some(columns.first()?[..count].iter().enumerate().map(move |(i, &w)| unit * own(i) * f64::from(w)))
+        }
+        _ => None,
+    }
+}
+
+/// The columns as slices.
+pub(super) fn slices(columns: &[Vec<f32>]) -> Vec<&[f32]> {
+    columns.iter().map(Vec::as_slice).collect()
+}
+
+/// As many radii as particles, each a length. The smallest and the largest.
+fn check_radii(radii: Option<&[f32]>, particles: usize) -> Result<Option<[f64; 2]>, Error> {
+    let Some(radii) = radii else { return Ok(None) };
+    if radii.len() != particles {
+        return Err(Error::Length { what: "radii".into(), found: radii.len(), expected: particles });
+    }
+    if let Some(index) = radii.iter().position(|r| !(r.is_normal() && *r > 0.0)) {
+        return Err(Error::Radius { index, radius: radii[index] });
+    }
+    let fold = |start, pick: fn(f32, f32) -> f32| f64::from(radii.iter().copied().fold(start, pick));
+    Ok((particles > 0).then(|| [fold(f32::MAX, f32::min), fold(0.0, f32::max)]))
+}
