@@ -2,7 +2,9 @@
 
 mod scalar_field;
 
-pub use scalar_field::{FieldParameter, OnderikParams, ScalarField, SolenthalerParams, ZhuBridsonParams};
+pub use scalar_field::{
+    FieldParameter, MetaballKernel, MetaballParams, OnderikParams, ScalarField, SolenthalerParams, ZhuBridsonParams,
+};
 
 use crate::Error;
 

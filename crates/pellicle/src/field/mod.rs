@@ -13,12 +13,15 @@ pub(crate) mod adams;
 mod around;
 mod centre;
 pub(crate) mod density;
+pub(crate) mod falloff;
 pub(crate) mod kernel;
+pub(crate) mod metaball;
 pub(crate) mod onderik;
 #[cfg(test)]
 pub(crate) mod scalar;
 pub(crate) mod solenthaler;
 pub(crate) mod sph;
+pub(crate) mod volume;
 pub(crate) mod zhu_bridson;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};

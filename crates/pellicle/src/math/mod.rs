@@ -4,3 +4,4 @@ pub(crate) mod bits;
 pub(crate) mod eigen;
 pub(crate) mod ranges;
 pub mod simd;
+pub(crate) mod vector;

@@ -26,6 +26,8 @@ pub enum ScalarField {
     /// As Zhu–Bridson, with a radius that shrinks where the fluid around is thin (Onderik, Chládek, Ďurikovič 2011). Isovalue in
     /// spacings. Own radii take the place of the common one.
     Onderik(OnderikParams),
+    /// A sum of one function for each particle, volumes left aside. Bumpy. Own radii scale a particle's support.
+    Metaball(MetaballParams),
 }
 
 /// Parameters of [`ScalarField::ZhuBridson`].
@@ -77,6 +79,29 @@ impl Default for OnderikParams {
     }
 }
 
+/// Parameters of [`ScalarField::Metaball`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MetaballParams {
+    /// The function.
+    pub kernel: MetaballKernel,
+}
+
+/// The function that metaballs sum, of the distance s in support radii.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub enum MetaballKernel {
+    /// (1 − s²)²/4, of Triquet et al. 2001, as Rosenberg & Birdwell 2008 have it. Isovalue 0.2.
+    #[default]
+    Triquet,
+    /// 1 − 4/9 s⁶ + 17/9 s⁴ − 22/9 s², of Wyvill, McPheeters, Wyvill 1986. Isovalue 0.5.
+    Wyvill,
+    /// ρ² (1/s² − 1), of Uralsky 2006 with a cut-off. Isovalue 1.
+    InverseSquare {
+        /// Radius ρ of a lone particle's ball without the cut-off, in spacings. > 0, default ½.
+        radius: f64,
+    },
+}
+
 /// A parameter of a field's own, by name.
 #[derive(Debug, PartialEq)]
 #[non_exhaustive]
@@ -93,7 +118,16 @@ pub struct FieldParameter<'a> {
 
 impl ScalarField {
     /// The names of all fields, in the order of the enumeration.
-    pub const NAMES: [&'static str; 5] = ["sph", "zhu-bridson", "solenthaler", "adams", "onderik"];
+    pub const NAMES: [&'static str; 8] = [
+        "sph",
+        "zhu-bridson",
+        "solenthaler",
+        "adams",
+        "onderik",
+        "metaball",
+        "metaball-wyvill",
+        "metaball-inverse-square",
+    ];
 
     /// The field of this name, with default parameters.
     ///
@@ -113,6 +147,9 @@ impl ScalarField {
             Self::Solenthaler(Default::default()),
             Self::Adams,
             Self::Onderik(Default::default()),
+            Self::Metaball(MetaballParams { kernel: MetaballKernel::Triquet }),
+            Self::Metaball(MetaballParams { kernel: MetaballKernel::Wyvill }),
+            Self::Metaball(MetaballParams { kernel: MetaballKernel::InverseSquare { radius: 0.5 } }),
         ];
         all.into_iter().find(|field| field.name() == name)
     }
@@ -125,6 +162,11 @@ impl ScalarField {
             Self::Solenthaler(_) => "solenthaler",
             Self::Adams => "adams",
             Self::Onderik(_) => "onderik",
+            Self::Metaball(own) => match own.kernel {
+                MetaballKernel::Triquet => "metaball",
+                MetaballKernel::Wyvill => "metaball-wyvill",
+                MetaballKernel::InverseSquare { .. } => "metaball-inverse-square",
+            },
         }
     }
 
@@ -145,6 +187,10 @@ impl ScalarField {
                 entry("w-min", &mut own.w_min, "", "sum of kernels up to which the radius is 0"),
                 entry("w-max", &mut own.w_max, "", "sum of kernels from which on it is full"),
             ],
+            Self::Metaball(own) => match &mut own.kernel {
+                MetaballKernel::InverseSquare { radius } => vec![entry("radius", radius, "spacings", "of a lone ball")],
+                MetaballKernel::Triquet | MetaballKernel::Wyvill => Vec::new(),
+            },
         }
     }
 
@@ -153,6 +199,7 @@ impl ScalarField {
         match self {
             Self::Sph => 2.0,
             Self::ZhuBridson(_) | Self::Solenthaler(_) | Self::Adams | Self::Onderik(_) => 4.0,
+            Self::Metaball(_) => 1.5,
         }
     }
 
@@ -161,6 +208,11 @@ impl ScalarField {
         match self {
             Self::Sph => 0.6,
             Self::ZhuBridson(_) | Self::Solenthaler(_) | Self::Adams | Self::Onderik(_) => 0.0,
+            Self::Metaball(own) => match own.kernel {
+                MetaballKernel::Triquet => 0.2,
+                MetaballKernel::Wyvill => 0.5,
+                MetaballKernel::InverseSquare { .. } => 1.0,
+            },
         }
     }
 
@@ -181,6 +233,15 @@ impl ScalarField {
                 within("w_min", own.w_min, -1e3..=1e3, "between -1000 and 1000")?;
                 let least = own.w_min + 1e-3;
                 within("w_max", own.w_max, least..=1e6, "greater than w_min by 0.001 or more, and at most 1e6")
+            }
+            Self::Metaball(own) => {
+                positive("iso", params.iso)?;
+                match own.kernel {
+                    MetaballKernel::InverseSquare { radius } => {
+                        within("radius", radius, 1e-3..=1e3, "between 0.001 and 1000 spacings")
+                    }
+                    MetaballKernel::Triquet | MetaballKernel::Wyvill => Ok(()),
+                }
             }
         }
     }

@@ -2,10 +2,12 @@
 
 use super::Reconstructor;
 use crate::{
-    Control, Error, Params, Positions, ScalarField,
+    Control, Error, MetaballKernel, Params, Positions, ScalarField,
     field::{
         adams::Depths,
         density,
+        falloff::{Falloff, InverseSquare, Triquet, Wyvill},
+        metaball::Metaballs,
         onderik::{self, Onderik},
         solenthaler::Solenthaler,
         sph::{Sph, SphOfRadii},
@@ -70,12 +72,49 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
             let field = of_radii!(has_radii, Onderik { iso, radius, w_min, w_max, particles_per_support });
             (field, 1 + usize::from(has_radii))
         }
+        ScalarField::Metaball(own) => {
+            support *= largest / if has_radii { params.particle_radius } else { 1.0 };
+            let smallest = (smallest / largest) as f32;
+            let balls = Balls { iso, particles_per_support, smallest, has_radii };
+            let radius_sq = |radius: f64| in_support_units(radius).powi(2);
+            // Four pi times the integral of s² w.
+            let field = match own.kernel {
+                MetaballKernel::Triquet => balls.of(Triquet, 0.2394),
+                MetaballKernel::Wyvill => balls.of(Wyvill, 0.8155),
+                MetaballKernel::InverseSquare { radius } => {
+                    let radius_sq = radius_sq(radius);
+                    balls.of(InverseSquare { radius_sq }, 8.378 * radius_sq)
+                }
+            };
+            (field, if has_radii { 3 } else { 0 })
+        }
     };
     if support.is_normal() && (1.0 / support).is_normal() {
         Ok(Chosen { field, support, columns })
     } else {
         let must = "not so large that supports overflow";
         Err(Error::Parameter { name: "radii", value: largest, must })
+    }
+}
+
+/// Metaballs, but for their function.
+struct Balls {
+    iso: f32,
+    particles_per_support: f32,
+    smallest: f32,
+    has_radii: bool,
+}
+
+impl Balls {
+    /// With a function, and its integral over all of its support.
+    fn of<W: Falloff + 'static>(&self, falloff: W, integral: f32) -> Box<dyn AnyField> {
+        let Self { iso, particles_per_support, smallest, has_radii } = *self;
+        let bulk = integral * particles_per_support.powi(3);
+        if has_radii {
+            Box::new(Metaballs::<W, true> { falloff, iso, particles_per_support, smallest, bulk })
+        } else {
+            Box::new(Metaballs::<W, false> { falloff, iso, particles_per_support, smallest, bulk })
+        }
     }
 }
 
@@ -97,16 +136,19 @@ pub(super) fn weigh(
     };
     // A particle's spacing is twice its radius.
     let spacings = |factor: f64| of_radii(&|r| 2.0 * factor * r / lattice.support);
+    // Its support over the largest one.
+    let share = |r: f64| r * 2.0 * params.smoothing_length / lattice.support;
+    // A little rounded up, so that rounding of distances loses nobody.
+    let reaches =
+        |per_support_sq: &[f32]| per_support_sq.iter().map(|v| if *v > 0.0 { 1.000_01 / v } else { 0.0 }).collect();
     match params.field {
         ScalarField::Sph => {
-            let share = |r: f64| r * 2.0 * params.smoothing_length / lattice.support;
             let own = of_radii(&|r| share(r).powi(3)).zip(of_radii(&|r| share(r).powi(-2)));
             if let Some((masses, per_support_sq)) = own {
                 columns.resize_with(3, Vec::new);
                 let own = density::Own { masses: &masses, per_support_sq: &per_support_sq };
                 own.weights(unit, cells, control, &mut columns[0]);
-                // A little rounded up, so that rounding of distances loses nobody.
-                columns[2] = per_support_sq.iter().map(|v| if *v > 0.0 { 1.000_01 / v } else { 0.0 }).collect();
+                columns[2] = reaches(&per_support_sq);
                 columns[1] = per_support_sq;
             } else {
                 columns.resize_with(1, Vec::new);
@@ -129,6 +171,13 @@ pub(super) fn weigh(
             columns.resize_with(1, Vec::new);
             onderik::volumes(unit, cells, control, &mut columns[0]);
             columns.extend(spacings(own.radius));
+        }
+        ScalarField::Metaball(_) => {
+            columns.clear();
+            if let Some(per_support_sq) = of_radii(&|r| share(r).powi(-2)) {
+                let reaches = reaches(&per_support_sq);
+                columns.extend([per_support_sq, vec![1.0; n + LANES], reaches]);
+            }
         }
     }
     debug_assert!(columns.iter().all(|column| column.len() >= n + LANES));

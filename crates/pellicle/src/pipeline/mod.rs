@@ -1,8 +1,12 @@
 //! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! Road B, every frame: particles → blocks → columns → slices → sink, in [`engine`]. Road C is [`contour`].
 
 mod chosen;
+mod contour;
+pub(crate) mod engine;
 mod surface;
 
+pub use contour::{Contour, ContourParams, contour};
 pub use surface::{Chunk, Surface};
 
 use chosen::Chosen;
