@@ -60,8 +60,8 @@ pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{
-    Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField, SolenthalerParams,
-    ZhuBridsonParams,
+    AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
+    SolenthalerParams, ZhuBridsonParams,
 };
 pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{

@@ -3,7 +3,8 @@
 mod scalar_field;
 
 pub use scalar_field::{
-    FieldParameter, MetaballKernel, MetaballParams, OnderikParams, ScalarField, SolenthalerParams, ZhuBridsonParams,
+    AnisotropicParams, FieldParameter, MetaballKernel, MetaballParams, OnderikParams, ScalarField, SolenthalerParams,
+    ZhuBridsonParams,
 };
 
 use crate::Error;

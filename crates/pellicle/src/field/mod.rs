@@ -10,6 +10,7 @@
 //! Source: this project; each field names its own.
 
 pub(crate) mod adams;
+pub(crate) mod anisotropic;
 mod around;
 mod centre;
 pub(crate) mod density;

@@ -1,7 +1,7 @@
 //! The specification of every field: the value of one node in plain arithmetic, one particle after the other. What runs in
 //! lanes must equal it bit for bit.
 //!
-//! Source: each field's own.
+//! Source: this project; each field names its own.
 
 use super::{kernel::half_spline_scalar, onderik::Onderik, solenthaler::Solenthaler, zhu_bridson::ZhuBridson};
 
@@ -23,6 +23,23 @@ pub(crate) fn sph(terms: &[Term], weights: &[f32]) -> f32 {
 pub(crate) fn sph_of_radii(terms: &[Term], weights: &[f32], per_support_sq: &[f32]) -> f32 {
     let term = |t: &Term| weights[t.particle] * half_spline_scalar(t.dist_sq * per_support_sq[t.particle]);
     terms.iter().fold(0.0, |sum, t| sum + term(t))
+}
+
+/// Σ w P(‖G d‖).
+pub(crate) fn anisotropic(terms: &[Term], columns: &[Vec<f32>]) -> f32 {
+    terms.iter().fold(0.0, |sum, Term { d, particle, .. }| {
+        let g = |c: usize| columns[c][*particle];
+        let row = |i: usize, j: usize, k: usize| g(i) * d[0] + g(j) * d[1] + g(k) * d[2];
+        let q = [row(0, 1, 2), row(1, 3, 4), row(2, 4, 5)];
+        let t = (1.0 - (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])).max(0.0);
+        sum + g(6) * (t * t * t)
+    })
+}
+
+/// Σ of Triquet's function.
+pub(crate) fn metaball(terms: &[Term]) -> f32 {
+    let rest = |t: &Term| (1.0 - t.dist_sq).max(0.0);
+    terms.iter().fold(0.0, |sum, t| sum + rest(t) * rest(t) * 0.25)
 }
 
 /// Sums of a weighted centre.

@@ -1,6 +1,13 @@
 //! Every field against its textbook form in double precision: values, and gradients by central differences.
 
-use super::{onderik::Onderik, solenthaler::Solenthaler, sph::SphOfRadii, zhu_bridson::ZhuBridson, *};
+use super::{
+    anisotropic::{Anisotropic, RECORD, Shapes},
+    onderik::Onderik,
+    solenthaler::Solenthaler,
+    sph::SphOfRadii,
+    zhu_bridson::ZhuBridson,
+    *,
+};
 use crate::math::simd::{LANES, Portable};
 
 /// Particles in support units: two groups, so that centres move fast between them.
@@ -229,4 +236,62 @@ fn particles_with_supports_of_their_own_make_an_sph_field() {
     };
     let field = SphOfRadii { iso: 0.6, particles_per_support: 2.0, smallest: 0.5 };
     agree(&field, &particles, &[&weights, &per_support_sq], 1e-5, textbook);
+}
+
+#[test]
+fn ellipsoids_make_an_anisotropic_field() {
+    let particles = particles();
+    let (low, k_n) = (4.0, 0.5);
+    let shapes = Shapes { smoothing: 0.9, max_stretch: low, isolated_scale: k_n, min_neighbors: 5.0 };
+    // Second moments of a cloud along a direction of each particle's own.
+    let direction = |j: usize| [1.0, 0.3 * (j % 5) as f64, 0.2 * (j % 7) as f64 - 0.5];
+    let covariance = |j: usize, a: usize, b: usize| {
+        let u = direction(j);
+        u[a] * u[b] + if a == b { 0.05 } else { 0.0 }
+    };
+    let columns: Vec<[f32; 8]> = (0..particles.len())
+        .map(|j| {
+            let mut record = [0.0f32; RECORD];
+            (record[0], record[1], record[11]) = (0.5, 1.0, 50.0);
+            for (i, (a, b)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+                record[5 + i] = covariance(j, a, b) as f32;
+            }
+            shapes.columns(&record, 0.4)
+        })
+        .collect();
+    let slices: Vec<Vec<f32>> = (0..8).map(|c| columns.iter().map(|row| row[c]).collect()).collect();
+    let slices: Vec<&[f32]> = slices.iter().map(Vec::as_slice).collect();
+    // The covariance is u uᵀ + 0.05: one long axis along u, the others clamped, sizes such that the volume is a ball's.
+    let textbook = |at: [f64; 3]| -> f64 {
+        let term = |j: usize| {
+            let u = direction(j);
+            let long = u.iter().map(|v| v * v).sum::<f64>();
+            let short = (0.05f64).max((long + 0.05) / low) / (long + 0.05);
+            let size = (short * short).cbrt();
+            let d: [f64; 3] = std::array::from_fn(|a| at[a] - particles[j][a]);
+            let along = (0..3).map(|a| d[a] * u[a]).sum::<f64>() / long.sqrt();
+            let across_sq = distance_sq(at, particles[j]) - along * along;
+            let q_sq = (along * size).powi(2) + across_sq * (size / short).powi(2);
+            // Σ V σ det G P with V = 16/π… see the columns: 0.5 · 315/1024, det G h³ = 1.
+            0.5 * 315.0 / 1024.0 * (1.0 - q_sq / 0.16).max(0.0).powi(3)
+        };
+        (0..particles.len()).map(term).sum()
+    };
+    let field = Anisotropic { iso: 0.5, particles_per_support: 5.0, smallest: 1.0 };
+    agree(&field, &particles, &slices, 1e-5, textbook);
+}
+
+#[test]
+fn a_lone_particle_stays_and_a_crowd_moves_it() {
+    let shapes = Shapes { smoothing: 0.9, max_stretch: 4.0, isolated_scale: 0.5, min_neighbors: 25.0 };
+    let mut record = [0.0f32; RECORD];
+    (record[0], record[1], record[11]) = (2.0, 1.0, 1.0);
+    assert_eq!(shapes.shift(&record), [0.0; 3]);
+    let alone = shapes.columns(&record, 0.4);
+    // A ball of half the support, of weight 2 · 315/1024 · 8.
+    assert_eq!(alone[..6], [5.0, 0.0, 0.0, 5.0, 0.0, 5.0]);
+    assert!((alone[6] - 2.0 * 315.0 / 128.0).abs() < 1e-6 && (alone[7] - 0.04).abs() < 1e-5);
+    (record[1], record[2]) = (11.0, 2.2);
+    let shift = shapes.shift(&record);
+    assert!((shift[0] + 0.18).abs() < 1e-6 && shift[1] == 0.0, "{shift:?}");
 }

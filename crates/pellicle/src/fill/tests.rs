@@ -4,7 +4,10 @@ use super::{Scratch, any::AnyField, scalar::node_terms, simd::FillOctet};
 use crate::{
     Control, Lanes,
     field::{
+        anisotropic::{Anisotropic, COLUMNS, RECORD, Shapes},
         density,
+        falloff::Triquet,
+        metaball::Metaballs,
         onderik::{self, Onderik},
         scalar::{self, Term},
         solenthaler::Solenthaler,
@@ -124,6 +127,41 @@ fn the_sph_field_of_radii_equals_its_specification_on_every_unit() {
         let field = SphOfRadii { iso: 0.6, particles_per_support: 2.0, smallest: 0.4 };
         let value = |terms: &[Term]| scalar::sph_of_radii(terms, &weights, &per_support_sq);
         compare(lattice, &cells, &field, &[&weights, &per_support_sq, &reach], value);
+    }
+}
+
+/// Ellipsoids of any shape, none of which reaches beyond the support.
+fn ellipsoids(count: usize) -> Vec<Vec<f32>> {
+    let shapes = Shapes { smoothing: 0.9, max_stretch: 4.0, isolated_scale: 0.5, min_neighbors: 25.0 };
+    let row = |i: usize| {
+        let mut record = [0.0; RECORD];
+        let v = |k: usize| 0.1 + 0.03 * ((i * 7 + k * 5) % 11) as f32;
+        (record[0], record[1], record[11]) = (0.4, 10.0, if i % 5 == 0 { 3.0 } else { 60.0 });
+        record[5..11].copy_from_slice(&[v(0), 0.03, -0.02, v(1), 0.04, v(2)]);
+        shapes.columns(&record, 1.0 / shapes.longest())
+    };
+    let rows: Vec<_> = (0..count).map(row).collect();
+    (0..COLUMNS).map(|c| rows.iter().map(|row| row[c]).chain([0.0; LANES]).collect()).collect()
+}
+
+#[test]
+fn the_anisotropic_field_equals_its_specification_on_every_unit() {
+    for lattice in LATTICES {
+        let cells = sorted(lattice);
+        let columns = ellipsoids(cells.len());
+        let slices: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+        let field = Anisotropic { iso: 0.5, particles_per_support: 5.0, smallest: 1.0 };
+        compare(lattice, &cells, &field, &slices, |terms| scalar::anisotropic(terms, &columns));
+    }
+}
+
+#[test]
+fn metaballs_equal_their_specification_on_every_unit() {
+    for lattice in LATTICES {
+        let cells = sorted(lattice);
+        let field =
+            Metaballs::<_, false> { falloff: Triquet, iso: 0.2, particles_per_support: 1.5, smallest: 1.0, bulk: 1.0 };
+        compare(lattice, &cells, &field, &[], scalar::metaball);
     }
 }
 

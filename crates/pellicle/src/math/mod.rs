@@ -2,6 +2,7 @@
 
 pub(crate) mod bits;
 pub(crate) mod eigen;
+pub(crate) mod jacobi;
 pub(crate) mod ranges;
 pub mod simd;
 pub(crate) mod vector;

@@ -26,6 +26,10 @@ pub enum ScalarField {
     /// As Zhu–Bridson, with a radius that shrinks where the fluid around is thin (Onderik, Chládek, Ďurikovič 2011). Isovalue in
     /// spacings. Own radii take the place of the common one.
     Onderik(OnderikParams),
+    /// The colour field with kernels that lie along the fluid, around smoothed places (Yu, Turk 2010): about 1 inside and 0 outside.
+    /// The smoothest, and the slowest. The kernel's support is [`Params::smoothing_length`] spacings. Own radii scale a particle's
+    /// mass and support.
+    Anisotropic(AnisotropicParams),
     /// A sum of one function for each particle, volumes left aside. Bumpy. Own radii scale a particle's support.
     Metaball(MetaballParams),
 }
@@ -79,6 +83,25 @@ impl Default for OnderikParams {
     }
 }
 
+/// Parameters of [`ScalarField::Anisotropic`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AnisotropicParams {
+    /// How far particles are moved to the mean of their neighbours, λ: 0 to 1, default 0.9. More is smoother and shrinks more.
+    pub smoothing: f64,
+    /// Largest ratio of an ellipsoid's half axes, k_r. 1 to 100, default 4.
+    pub max_stretch: f64,
+    /// Size of particles with few neighbours, k_n, as a part of the support. > 0, at most 1, default 0.5.
+    pub isolated_scale: f64,
+    /// Those with so many neighbours or fewer, N_ε, stay balls. 0 or more, default 25.
+    pub min_neighbors: f64,
+}
+
+impl Default for AnisotropicParams {
+    fn default() -> Self {
+        Self { smoothing: 0.9, max_stretch: 4.0, isolated_scale: 0.5, min_neighbors: 25.0 }
+    }
+}
+
 /// Parameters of [`ScalarField::Metaball`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MetaballParams {
@@ -118,12 +141,13 @@ pub struct FieldParameter<'a> {
 
 impl ScalarField {
     /// The names of all fields, in the order of the enumeration.
-    pub const NAMES: [&'static str; 8] = [
+    pub const NAMES: [&'static str; 9] = [
         "sph",
         "zhu-bridson",
         "solenthaler",
         "adams",
         "onderik",
+        "anisotropic",
         "metaball",
         "metaball-wyvill",
         "metaball-inverse-square",
@@ -147,6 +171,7 @@ impl ScalarField {
             Self::Solenthaler(Default::default()),
             Self::Adams,
             Self::Onderik(Default::default()),
+            Self::Anisotropic(Default::default()),
             Self::Metaball(MetaballParams { kernel: MetaballKernel::Triquet }),
             Self::Metaball(MetaballParams { kernel: MetaballKernel::Wyvill }),
             Self::Metaball(MetaballParams { kernel: MetaballKernel::InverseSquare { radius: 0.5 } }),
@@ -162,6 +187,7 @@ impl ScalarField {
             Self::Solenthaler(_) => "solenthaler",
             Self::Adams => "adams",
             Self::Onderik(_) => "onderik",
+            Self::Anisotropic(_) => "anisotropic",
             Self::Metaball(own) => match own.kernel {
                 MetaballKernel::Triquet => "metaball",
                 MetaballKernel::Wyvill => "metaball-wyvill",
@@ -187,6 +213,12 @@ impl ScalarField {
                 entry("w-min", &mut own.w_min, "", "sum of kernels up to which the radius is 0"),
                 entry("w-max", &mut own.w_max, "", "sum of kernels from which on it is full"),
             ],
+            Self::Anisotropic(own) => vec![
+                entry("smoothing", &mut own.smoothing, "", "how far particles move to their neighbours' mean, 0 to 1"),
+                entry("max-stretch", &mut own.max_stretch, "", "largest ratio of an ellipsoid's axes"),
+                entry("isolated-scale", &mut own.isolated_scale, "supports", "size of particles with few neighbours"),
+                entry("min-neighbors", &mut own.min_neighbors, "particles", "so many, or fewer, are few"),
+            ],
             Self::Metaball(own) => match &mut own.kernel {
                 MetaballKernel::InverseSquare { radius } => vec![entry("radius", radius, "spacings", "of a lone ball")],
                 MetaballKernel::Triquet | MetaballKernel::Wyvill => Vec::new(),
@@ -197,7 +229,7 @@ impl ScalarField {
     /// Default of [`Params::smoothing_length`]: the support radius in spacings.
     pub fn smoothing_length(&self) -> f64 {
         match self {
-            Self::Sph => 2.0,
+            Self::Sph | Self::Anisotropic(_) => 2.0,
             Self::ZhuBridson(_) | Self::Solenthaler(_) | Self::Adams | Self::Onderik(_) => 4.0,
             Self::Metaball(_) => 1.5,
         }
@@ -207,6 +239,7 @@ impl ScalarField {
     pub fn iso(&self) -> f64 {
         match self {
             Self::Sph => 0.6,
+            Self::Anisotropic(_) => 0.5,
             Self::ZhuBridson(_) | Self::Solenthaler(_) | Self::Adams | Self::Onderik(_) => 0.0,
             Self::Metaball(own) => match own.kernel {
                 MetaballKernel::Triquet => 0.2,
@@ -233,6 +266,13 @@ impl ScalarField {
                 within("w_min", own.w_min, -1e3..=1e3, "between -1000 and 1000")?;
                 let least = own.w_min + 1e-3;
                 within("w_max", own.w_max, least..=1e6, "greater than w_min by 0.001 or more, and at most 1e6")
+            }
+            Self::Anisotropic(own) => {
+                positive("iso", params.iso)?;
+                within("smoothing", own.smoothing, 0.0..=1.0, "between 0 and 1")?;
+                within("max_stretch", own.max_stretch, 1.0..=100.0, "between 1 and 100")?;
+                within("isolated_scale", own.isolated_scale, 1e-3..=1.0, "between 0.001 and 1")?;
+                within("min_neighbors", own.min_neighbors, 0.0..=1e9, "between 0 and 1e9")
             }
             Self::Metaball(own) => {
                 positive("iso", params.iso)?;

@@ -1,10 +1,13 @@
 //! From the field that was asked for to the one that is computed: its type, its support, and the columns of its particles.
 
+use rayon::prelude::*;
+
 use super::Reconstructor;
 use crate::{
-    Control, Error, MetaballKernel, Params, Positions, ScalarField,
+    AnisotropicParams, Control, Error, MetaballKernel, Params, Positions, ScalarField,
     field::{
         adams::Depths,
+        anisotropic::{self, Anisotropic, RECORD, Shapes, Surroundings},
         density,
         falloff::{Falloff, InverseSquare, Triquet, Wyvill},
         metaball::Metaballs,
@@ -15,6 +18,7 @@ use crate::{
     },
     fill::any::AnyField,
     lattice::Lattice,
+    lookup::cells::Cells,
     math::simd::{LANES, Unit},
 };
 
@@ -72,6 +76,16 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
             let field = of_radii!(has_radii, Onderik { iso, radius, w_min, w_max, particles_per_support });
             (field, 1 + usize::from(has_radii))
         }
+        ScalarField::Anisotropic(own) => {
+            // Neighbourhoods are looked up first, twice as wide as the largest particle's kernel.
+            let share = if has_radii { largest / params.particle_radius } else { 1.0 };
+            support *= 2.0 * share;
+            let particles_per_support = (params.smoothing_length * shapes(own).longest()) as f32;
+            let smallest = (smallest / largest) as f32;
+            let field = Anisotropic { iso, particles_per_support, smallest };
+            // Beside the columns, what they are made of: records, rows, places and moved positions.
+            (Box::new(field), 2 * anisotropic::COLUMNS + RECORD + 7)
+        }
         ScalarField::Metaball(own) => {
             support *= largest / if has_radii { params.particle_radius } else { 1.0 };
             let smallest = (smallest / largest) as f32;
@@ -124,10 +138,11 @@ pub(super) fn weigh(
     unit: Unit,
     lattice: Lattice,
     params: &Params,
-    radii: Option<&[f32]>,
+    positions: Positions<'_>,
     control: &Control<'_>,
-) {
-    let Reconstructor { cells, columns, .. } = from;
+) -> Result<Lattice, Error> {
+    let Reconstructor { cells, columns, moved, .. } = from;
+    let radii = positions.radii();
     let (n, order) = (cells.len(), cells.order());
     // A column of each particle's radius, made by a rule, in canonical order.
     let of_radii = |rule: &dyn Fn(f64) -> f64| -> Option<Vec<f32>> {
@@ -172,6 +187,12 @@ pub(super) fn weigh(
             onderik::volumes(unit, cells, control, &mut columns[0]);
             columns.extend(spacings(own.radius));
         }
+        ScalarField::Anisotropic(own) => {
+            // Half of the looked-up neighbourhood is the largest particle's support.
+            let largest = |r: f64| r * 4.0 * params.smoothing_length / lattice.support;
+            let sizes = of_radii(&largest).unwrap_or_else(|| vec![1.0; n + LANES]);
+            return moved.columns(&shapes(own), unit, cells, &sizes, lattice, positions, columns, control);
+        }
         ScalarField::Metaball(_) => {
             columns.clear();
             if let Some(per_support_sq) = of_radii(&|r| share(r).powi(-2)) {
@@ -181,6 +202,70 @@ pub(super) fn weigh(
         }
     }
     debug_assert!(columns.iter().all(|column| column.len() >= n + LANES));
+    Ok(lattice)
+}
+
+fn shapes(own: AnisotropicParams) -> Shapes {
+    let AnisotropicParams { smoothing, max_stretch, isolated_scale, min_neighbors } = own;
+    Shapes { smoothing, max_stretch, isolated_scale, min_neighbors }
+}
+
+/// Particles that a field moves, and what it takes to move them. Reused from frame to frame.
+#[derive(Default)]
+pub(super) struct Moved {
+    records: Vec<f32>,
+    positions: Vec<[f64; 3]>,
+    /// Place of each of the caller's particles in the records.
+    places: Vec<u32>,
+}
+
+impl Moved {
+    /// Looks at the particles' surroundings, moves them, sorts them again for the field's own lookup, and writes its columns. Sizes
+    /// are h over the largest one.
+    #[expect(clippy::too_many_arguments, reason = "the whole of a stage")]
+    fn columns(
+        &mut self,
+        shapes: &Shapes,
+        unit: Unit,
+        cells: &mut Cells,
+        sizes: &[f32],
+        lattice: Lattice,
+        positions: Positions<'_>,
+        to: &mut Vec<Vec<f32>>,
+        control: &Control<'_>,
+    ) -> Result<Lattice, Error> {
+        let masses: Vec<f32> = sizes.iter().map(|h| h * h * h).collect();
+        let per_support_sq: Vec<f32> = sizes.iter().map(|h| 4.0 / (h * h)).collect();
+        let surroundings = Surroundings { masses: &masses, per_support_sq: &per_support_sq };
+        surroundings.write(unit, cells, control, &mut self.records);
+        control.check()?;
+        let records = &self.records;
+        let record = |place: usize| &records[place * RECORD..][..RECORD];
+        self.places.resize(cells.len(), 0);
+        for (place, &index) in cells.order().iter().enumerate() {
+            self.places[index as usize] = place as u32;
+        }
+        let places = &self.places;
+        let moved = (0..cells.len()).into_par_iter().map(|index| {
+            let shift = shapes.shift(record(places[index] as usize));
+            let at = positions.get(index);
+            std::array::from_fn(|a| at[a] + shift[a] * lattice.support)
+        });
+        moved.collect_into_vec(&mut self.positions);
+        let lattice = Lattice { support: 0.5 * lattice.support * shapes.longest(), ..lattice };
+        cells.build((&self.positions).into(), lattice)?;
+        let rows = cells.order().par_iter().map(|&index| {
+            let place = places[index as usize] as usize;
+            shapes.columns(record(place), f64::from(sizes[place]) / shapes.longest())
+        });
+        let rows: Vec<[f32; anisotropic::COLUMNS]> = rows.collect();
+        to.resize_with(anisotropic::COLUMNS, Vec::new);
+        for (c, column) in to.iter_mut().enumerate() {
+            column.clear();
+            column.extend(rows.iter().map(|row| row[c]).chain([0.0; LANES]));
+        }
+        Ok(lattice)
+    }
 }
 
 /// The particles' volumes in cubic world units, in canonical order, if the field computes them.

@@ -9,7 +9,7 @@ mod surface;
 pub use contour::{Contour, ContourParams, contour};
 pub use surface::{Chunk, Surface};
 
-use chosen::Chosen;
+use chosen::{Chosen, Moved};
 
 use crate::{
     Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
@@ -50,6 +50,7 @@ pub struct Reconstructor {
     cells: Cells,
     /// What each particle brings to the field besides its position, in canonical order.
     columns: Vec<Vec<f32>>,
+    moved: Moved,
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
@@ -117,8 +118,7 @@ impl Reconstructor {
         let budget = budget(params.max_memory, positions.len(), columns)?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
-        let radii = positions.radii();
-        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, radii, attributes, control }))
+        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
     }
 
     /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
@@ -163,7 +163,7 @@ struct Job<'a> {
     lattice: Lattice,
     budget: Budget,
     params: &'a Params,
-    radii: Option<&'a [f32]>,
+    positions: Positions<'a>,
     attributes: &'a [Attribute<'a>],
     control: &'a Control<'a>,
 }
@@ -180,11 +180,11 @@ impl<'a> Sorted<'a> {
     /// Computes what each particle brings to the field: densities, hence volumes, where it asks for them.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`Error::OutsideLattice`] where a field moves particles out of what it can look up, [`Error::Cancelled`].
     pub fn weigh(self) -> Result<Weighed<'a>, Error> {
-        let Self(job) = self;
+        let Self(mut job) = self;
         job.control.begin(Stage::Density)?;
-        chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.radii, job.control);
+        job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
         Ok(Weighed(job))
     }
