@@ -103,7 +103,7 @@ pub(crate) fn onderik<const RADII: bool>(
 ) -> f32 {
     let c = centre(terms, Some(volumes), radii);
     let lack = (field.w_max - c.weight) * (1.0 / (field.w_max - field.w_min));
-    let u = lack.max(0.0).min(1.0);
+    let u = lack.clamp(0.0, 1.0);
     let factor = (1.0 - u * u) * (1.0 - u * u);
     let depth = c.mean_radius(radii, field.radius) * factor - c.offset().1;
     let per_support = field.particles_per_support;
@@ -116,7 +116,7 @@ pub(crate) fn solenthaler<const RADII: bool>(field: &Solenthaler<RADII>, terms: 
     let scale = 6.0 * c.inverse();
     let jacobian = std::array::from_fn(|a| std::array::from_fn(|b| scale * (c.second[a][b] - off[a] * c.first[b])));
     let excess = (largest_real_part(jacobian) - field.t_low) * (1.0 / (field.t_high - field.t_low));
-    let rest = excess.max(0.0).min(1.0);
+    let rest = excess.clamp(0.0, 1.0);
     let factor = 1.0 - rest * rest * rest;
     let per_support = field.particles_per_support;
     if c.weight > 0.0 { per_support * (c.mean_radius(radii, field.radius) * factor - length) } else { -per_support }

@@ -136,7 +136,7 @@ fn ellipsoids(count: usize) -> Vec<Vec<f32>> {
     let row = |i: usize| {
         let mut record = [0.0; RECORD];
         let v = |k: usize| 0.1 + 0.03 * ((i * 7 + k * 5) % 11) as f32;
-        (record[0], record[1], record[11]) = (0.4, 10.0, if i % 5 == 0 { 3.0 } else { 60.0 });
+        (record[0], record[1], record[11]) = (0.4, 10.0, if i.is_multiple_of(5) { 3.0 } else { 60.0 });
         record[5..11].copy_from_slice(&[v(0), 0.03, -0.02, v(1), 0.04, v(2)]);
         shapes.columns(&record, 1.0 / shapes.longest())
     };
