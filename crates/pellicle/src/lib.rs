@@ -30,6 +30,7 @@
 
 pub mod mesh;
 pub mod particles;
+pub mod post;
 
 mod bricks;
 mod error;
@@ -45,6 +46,7 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::crowding::crowding;
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};

@@ -28,22 +28,51 @@ const GROUP: usize = 2;
 /// Far enough from every chunk to contribute nothing.
 const NOWHERE: f32 = 1e3;
 
+/// What a particle sums over its neighbors.
+pub(crate) trait PairSum: Copy + Sync {
+    /// What one brings, itself included, by the squared distance; exactly 0 beyond the support.
+    fn term<S: Simd>(self, s: S, dist_sq: S::F) -> S::F;
+    /// What becomes of the sum.
+    fn finish(self, sum: f32) -> f32;
+}
+
+/// 1/G.
+#[derive(Clone, Copy)]
+struct Weight;
+
+impl PairSum for Weight {
+    #[inline(always)]
+    fn term<S: Simd>(self, s: S, dist_sq: S::F) -> S::F {
+        half_spline(s, dist_sq)
+    }
+
+    fn finish(self, sum: f32) -> f32 {
+        1.0 / sum
+    }
+}
+
 /// Writes the weight 1/G of every particle, in canonical order, with [`LANES`] zeros behind.
 pub(crate) fn weights(unit: Unit, cells: &Cells, control: &Control<'_>, to: &mut Vec<f32>) {
+    sums(unit, cells, Weight, control, to);
+}
+
+/// Writes a sum of every particle, in canonical order, with [`LANES`] zeros behind.
+pub(crate) fn sums(unit: Unit, cells: &Cells, of: impl PairSum, control: &Control<'_>, to: &mut Vec<f32>) {
     let n = cells.len();
     to.resize(n + LANES, 0.0);
     let starts = |c: usize| if c < cells.chunks.len() { cells.chunk_range(c).start } else { n };
     for_each_part(0..cells.chunks.len(), &mut to[..n], &starts, &|chunk, to: &mut [f32]| {
         if control.check().is_ok() {
-            unit.run(Chunk { cells, chunk, to });
+            unit.run(Chunk { cells, chunk, of, to });
         }
     });
 }
 
-/// Weights of one chunk's particles.
-struct Chunk<'a> {
+/// Sums of one chunk's particles.
+struct Chunk<'a, P> {
     cells: &'a Cells,
     chunk: usize,
+    of: P,
     to: &'a mut [f32],
 }
 
@@ -59,7 +88,7 @@ thread_local! {
     static NEAR: std::cell::RefCell<Near> = std::cell::RefCell::default();
 }
 
-impl Kernel for Chunk<'_> {
+impl<P: PairSum> Kernel for Chunk<'_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -80,8 +109,8 @@ impl Kernel for Chunk<'_> {
                         [self.cells.x[i], self.cells.y[i], self.cells.z[i]]
                     });
                     let to = &mut self.to[group - base..(group + GROUP).min(members.end) - base];
-                    for (to, sum) in to.iter_mut().zip(near.sums(s, at)) {
-                        *to = 1.0 / sum;
+                    for (to, sum) in to.iter_mut().zip(near.sums(s, self.of, at)) {
+                        *to = self.of.finish(sum);
                     }
                 }
             }
@@ -147,10 +176,10 @@ impl Near {
         self.len += run.len();
     }
 
-    /// Σ g over the collected particles, for a group of particles at once: each vector is loaded once for all, and the
+    /// The sums over the collected particles, for a group of particles at once: each vector is loaded once for all, and the
     /// square roots of one hide behind those of the others.
     #[inline(always)]
-    fn sums<S: Simd>(&self, s: S, at: [[f32; 3]; GROUP]) -> [f32; GROUP] {
+    fn sums<S: Simd>(&self, s: S, of: impl PairSum, at: [[f32; 3]; GROUP]) -> [f32; GROUP] {
         let len = self.len.next_multiple_of(LANES);
         let [x, y, z] = self.axes.each_ref().map(|axis| axis[..len].chunks_exact(LANES));
         let mut sums = [s.splat(0.0); GROUP];
@@ -159,7 +188,7 @@ impl Near {
             for (sum, at) in sums.iter_mut().zip(at) {
                 let d: [_; 3] = std::array::from_fn(|a| s.sub(s.splat(at[a]), near[a]));
                 let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
-                *sum = s.add(*sum, half_spline(s, dist_sq));
+                *sum = s.add(*sum, of.term(s, dist_sq));
             }
         }
         sums.map(|sum| s.sum(sum))

@@ -9,6 +9,7 @@
 //!
 //! Source: this project; each field names its own.
 
+pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod kernel;
 pub(crate) mod sph;

@@ -4,6 +4,7 @@
 //! vertex `i` is `origin + vertices[i]`. Triangles wind counter-clockwise seen from outside. Vertex indices are `u32`.
 
 mod check;
+pub(crate) mod stars;
 
 pub use check::Report;
 
