@@ -7,10 +7,13 @@
 //! Source: this project; each verb names its own.
 
 pub mod components;
+mod finish;
 pub mod normals;
 mod rebuild;
 pub mod smooth;
 pub mod snap;
+
+pub use finish::Finish;
 
 use crate::{Error, Mesh};
 
