@@ -11,8 +11,11 @@
 
 pub(crate) mod crowding;
 pub(crate) mod density;
+pub(crate) mod falloff;
 pub(crate) mod kernel;
+pub(crate) mod metaball;
 pub(crate) mod sph;
+pub(crate) mod volume;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 

@@ -1,4 +1,6 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod rows;
+pub mod slices;
 pub(crate) mod tables;

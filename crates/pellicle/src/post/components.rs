@@ -10,7 +10,10 @@ use super::{
     check,
     rebuild::{NONE, merge},
 };
-use crate::{Control, Error, Mesh};
+use crate::{
+    Control, Error, Mesh,
+    math::vector::{cross, dot, subtract},
+};
 
 /// Which components stay.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -129,11 +132,8 @@ fn volumes(mesh: &Mesh, of_vertex: &[u32], count: usize) -> Vec<f64> {
         let part = of_vertex[t[0] as usize] as usize;
         let [a, b, c] = t.map(|v| mesh.vertices[v as usize].map(f64::from));
         let from = *corners[part].get_or_insert(a);
-        let [p, q, r] = [a, b, c].map(|v| [0, 1, 2].map(|i| v[i] - from[i]));
-        volumes[part] += (p[0] * (q[1] * r[2] - q[2] * r[1])
-            + p[1] * (q[2] * r[0] - q[0] * r[2])
-            + p[2] * (q[0] * r[1] - q[1] * r[0]))
-            / 6.0;
+        let [p, q, r] = [a, b, c].map(|v| subtract(v, from));
+        volumes[part] += dot(p, cross(q, r)) / 6.0;
     }
     volumes
 }
