@@ -12,6 +12,7 @@ mod commands;
 mod config;
 mod console;
 mod failure;
+mod finish;
 mod frame;
 mod interrupt;
 mod machine;

@@ -3,4 +3,5 @@
 pub(crate) mod bits;
 pub(crate) mod ranges;
 pub mod simd;
+pub(crate) mod union_find;
 pub(crate) mod vector;

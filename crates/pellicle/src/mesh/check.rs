@@ -10,7 +10,10 @@
 use rayon::prelude::*;
 
 use super::{Mesh, stars::Stars};
-use crate::math::vector::{cross, dot, subtract};
+use crate::math::{
+    union_find::join,
+    vector::{cross, dot, subtract},
+};
 
 /// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 13;
@@ -199,23 +202,6 @@ fn count_joins(mesh: &Mesh) -> usize {
     let join_sides =
         |&[a, b, c]: &[u32; 3]| usize::from(join(&mut parent, a, b)) + usize::from(join(&mut parent, b, c));
     mesh.triangles.iter().map(join_sides).sum()
-}
-
-/// Joins two sets of a union-find; whether they were apart.
-fn join(parent: &mut [u32], a: u32, b: u32) -> bool {
-    let (a, b) = (root(parent, a), root(parent, b));
-    // The lower root stays: meshes number neighbours close together, so paths stay short without ranks.
-    parent[a.max(b) as usize] = a.min(b);
-    a != b
-}
-
-/// The representative of a set, halving the path on the way.
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 #[derive(Clone, Copy, Default)]

@@ -12,7 +12,10 @@ use super::{
 };
 use crate::{
     Control, Error, Mesh,
-    math::vector::{cross, dot, subtract},
+    math::{
+        union_find::{join, root},
+        vector::{cross, dot, subtract},
+    },
 };
 
 /// Which components stay.
@@ -136,21 +139,6 @@ fn volumes(mesh: &Mesh, of_vertex: &[u32], count: usize) -> Vec<f64> {
         volumes[part] += dot(p, cross(q, r)) / 6.0;
     }
     volumes
-}
-
-/// Joins two sets of a union-find. The lower root stays.
-fn join(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parent, a), root(parent, b));
-    parent[a.max(b) as usize] = a.min(b);
-}
-
-/// The representative of a set, halving the path on the way.
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 #[cfg(test)]
