@@ -8,24 +8,38 @@
 //! A counting sort of the corners by vertex: no hash map, no half-edge records. Within a star corners come in the order of
 //! the triangles, so whoever sums over a star gets the same bits for any number of threads.
 
-/// The corners of every vertex of a triangle mesh.
+/// The corners of every vertex of a triangle mesh. Reusable: [`rebuild`](Self::rebuild) keeps the memory.
+#[derive(Default)]
 pub(crate) struct Stars {
     start: Vec<usize>,
     corners: Vec<[u32; 2]>,
 }
 
 impl Stars {
-    /// Sorts the corners. All indices must be below `vertices`.
+    /// The corners of a mesh. All indices must be below `vertices`.
     pub(crate) fn of(triangles: &[[u32; 3]], vertices: usize) -> Self {
+        let mut stars = Self::default();
+        stars.rebuild(triangles, vertices);
+        stars
+    }
+
+    /// The corners of another mesh.
+    pub(crate) fn rebuild(&mut self, triangles: &[[u32; 3]], vertices: usize) {
+        let Self { start, corners } = self;
         // Counts go two places ahead, so that the scatter below turns `start[v + 1]` from v's beginning into its end.
-        let mut start = vec![0usize; vertices + 2];
+        start.clear();
+        start.resize(vertices + 2, 0);
         for v in triangles.as_flattened() {
             start[*v as usize + 2] += 1;
         }
         for i in 2..start.len() {
             start[i] += start[i - 1];
         }
-        let mut corners = vec![[0; 2]; 3 * triangles.len()];
+        match corners.is_empty() {
+            // New memory comes zeroed from the system.
+            true => *corners = vec![[0; 2]; 3 * triangles.len()],
+            false => corners.resize(3 * triangles.len(), [0; 2]),
+        }
         for &[a, b, c] in triangles {
             for (v, next, previous) in [(a, b, c), (b, c, a), (c, a, b)] {
                 let slot = &mut start[v as usize + 1];
@@ -34,7 +48,6 @@ impl Stars {
             }
         }
         start.pop();
-        Self { start, corners }
     }
 
     /// Number of vertices.

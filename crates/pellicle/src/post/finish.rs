@@ -3,12 +3,13 @@
 //! Source: the order is splashsurf's, Löschner et al. 2023, section 5.
 
 use super::{
+    check,
     components::{Dropped, Keep, keep},
     normals,
-    smooth::{Smoothing, smooth, weights},
-    snap::snap,
+    smooth::{self, Smoothing},
+    snap,
 };
-use crate::{Control, Error, Mesh};
+use crate::{Control, Error, Mesh, mesh::stars::Stars};
 
 /// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -44,6 +45,16 @@ impl Finish {
         8 * v + 24 * t + (32 * v).max(again)
     }
 
+    fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
+        if let Some(values) = crowding.filter(|values| values.len() != mesh.vertices.len()) {
+            return Err(Error::Length { what: "crowding".into(), found: values.len(), expected: mesh.vertices.len() });
+        }
+        if self.snap {
+            snap::check_spacing(spacing)?;
+        }
+        self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
+    }
+
     /// Does it all. `spacing` is the lattice's; `crowding` is how crowded the particles are around each vertex, or `None`
     /// to smooth everywhere alike.
     ///
@@ -57,7 +68,7 @@ impl Finish {
     /// ```
     ///
     /// # Errors
-    /// Those of the verbs; the mesh may then be half finished.
+    /// Those of the verbs, before anything is done; [`Error::Cancelled`], when the mesh may be half finished.
     pub fn apply(
         &self,
         mesh: &mut Mesh,
@@ -65,23 +76,32 @@ impl Finish {
         crowding: Option<&[f32]>,
         control: &Control<'_>,
     ) -> Result<Dropped, Error> {
+        check(mesh)?;
+        self.check(mesh, spacing, crowding)?;
         // The weights travel with the vertices while these are dropped and merged.
         if let Some(values) = crowding {
             let values = values.to_vec();
             mesh.attributes.push(crate::VertexAttribute { name: String::new(), components: 1, values });
         }
-        let dropped = keep(mesh, &self.keep, control)?;
+        let dropped = if self.keep == Keep::default() { Dropped::default() } else { keep(mesh, &self.keep, control)? };
+        // Stars are large: one set of memory serves all verbs.
+        let mut stars = Stars::default();
         if self.snap {
-            snap(mesh, spacing, control)?;
+            stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            snap::with_stars(mesh, &stars, spacing, control)?;
         }
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
-        if let Some(smoothing) = &self.smoothing {
-            let weights = crowding.map(|crowding| weights(&crowding.values));
-            smooth(mesh, weights.as_deref(), smoothing, control)?;
-        }
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
-        if let Some(iterations) = self.normals.or(stale.then_some(0)) {
-            normals::from_triangles(mesh, iterations, control)?;
+        let normals = self.normals.or(stale.then_some(0));
+        if self.smoothing.is_some() || normals.is_some() {
+            stars.rebuild(&mesh.triangles, mesh.vertices.len());
+        }
+        if let Some(smoothing) = &self.smoothing {
+            let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
+            smooth::with_stars(mesh, &stars, weights.as_deref(), smoothing, control)?;
+        }
+        if let Some(iterations) = normals {
+            normals::with_stars(mesh, &stars, iterations, control)?;
         }
         Ok(dropped)
     }

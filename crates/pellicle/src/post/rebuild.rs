@@ -89,10 +89,11 @@ impl Groups {
         &self.members[self.start[group] as usize..self.start[group + 1] as usize]
     }
 
-    /// The members of the group whose lowest is given.
+    /// The members of the group whose lowest is given; `None` if it is no group's.
     #[inline(always)]
-    pub(super) fn members_with(&self, lowest: u32) -> &[u32] {
-        self.members(self.number[lowest as usize] as usize)
+    pub(super) fn members_with(&self, lowest: u32) -> Option<&[u32]> {
+        let group = self.number[lowest as usize];
+        (group != NONE).then(|| self.members(group as usize))
     }
 
     fn mean(&self, values: &[f32], components: usize) -> Vec<f32> {

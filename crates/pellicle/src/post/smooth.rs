@@ -40,7 +40,7 @@ impl Default for Smoothing {
 }
 
 impl Smoothing {
-    fn check(&self) -> Result<(), Error> {
+    pub(super) fn check(&self) -> Result<(), Error> {
         if (0.0..=1.0).contains(&self.strength) {
             return Ok(());
         }
@@ -94,7 +94,17 @@ pub fn smooth(
     if smoothing.iterations == 0 {
         return Ok(());
     }
-    let stars = Stars::of(&mesh.triangles, n);
+    with_stars(mesh, &Stars::of(&mesh.triangles, n), weights, smoothing, control)
+}
+
+/// The same for a mesh whose stars are known.
+pub(super) fn with_stars(
+    mesh: &mut Mesh,
+    stars: &Stars,
+    weights: Option<&[f32]>,
+    smoothing: &Smoothing,
+    control: &Control<'_>,
+) -> Result<(), Error> {
     // The share of each vertex travels with it, in the fourth place.
     let share = |v: usize| {
         let moves = !stars.corners(v).is_empty() && stars.is_closed(v);
@@ -105,7 +115,7 @@ pub fn smooth(
     let mut to = from.clone();
     for _ in 0..smoothing.iterations {
         control.check()?;
-        to.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, to)| relax(&stars, &from, chunk * CHUNK, to));
+        to.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, to)| relax(stars, &from, chunk * CHUNK, to));
         std::mem::swap(&mut from, &mut to);
     }
     mesh.vertices.par_iter_mut().zip(&from).for_each(|(vertex, &[x, y, z, _])| *vertex = [x, y, z]);

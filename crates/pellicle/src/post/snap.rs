@@ -18,7 +18,7 @@ use super::{
     check,
     rebuild::{Groups, merge},
 };
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
+use crate::{Control, Error, Mesh, math::union_find::join, mesh::stars::Stars};
 
 /// Vertices looked at by one task.
 const CHUNK: usize = 1 << 12;
@@ -29,98 +29,143 @@ const CHUNK: usize = 1 << 12;
 /// [`Error::Parameter`] for a spacing that is not positive, [`Error::Count`] for an index that names no vertex,
 /// [`Error::Length`] for an attribute of the wrong length, [`Error::Cancelled`]; the mesh is then as it was.
 pub fn snap(mesh: &mut Mesh, spacing: f64, control: &Control<'_>) -> Result<(), Error> {
-    if !(spacing.is_finite() && spacing > 0.0) {
-        return Err(Error::Parameter { name: "spacing", value: spacing, must: "greater than 0" });
-    }
+    check_spacing(spacing)?;
     check(mesh)?;
-    let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
+    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), spacing, control)
+}
+
+/// Whether a lattice can have it.
+pub(super) fn check_spacing(spacing: f64) -> Result<(), Error> {
+    if spacing.is_finite() && spacing > 0.0 {
+        return Ok(());
+    }
+    Err(Error::Parameter { name: "spacing", value: spacing, must: "greater than 0" })
+}
+
+/// The same for a mesh whose stars are known.
+pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, spacing: f64, control: &Control<'_>) -> Result<(), Error> {
+    let mut target = groups(stars, &nearest_nodes(mesh, spacing));
     control.check()?;
-    let nodes = nearest_nodes(mesh, spacing);
-    let mut target = groups(&stars, &nodes);
-    while undo_broken(&stars, &mut target) {
+    let all = Groups::of(&target);
+    let mut broken = find_broken(stars, &target, &all);
+    // From round to round only what an undone merge touches can break, so the later ones are short.
+    while !broken.is_empty() {
         control.check()?;
+        broken = undo(stars, &mut target, &all, &broken);
     }
     *mesh = merge(mesh, &target);
     Ok(())
 }
 
-/// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin.
-fn nearest_nodes(mesh: &Mesh, spacing: f64) -> Vec<[i32; 3]> {
+/// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin: the low 21 bits of each
+/// coordinate, which tell those of neighbors apart.
+fn nearest_nodes(mesh: &Mesh, spacing: f64) -> Vec<u64> {
     let shift = mesh.origin.map(|o| o / spacing - (o / spacing).round());
-    let nearest = |v: &[f32; 3]| std::array::from_fn(|a| (f64::from(v[a]) / spacing + shift[a]).round() as i32);
-    mesh.vertices.par_iter().map(nearest).collect()
+    let per = 1.0 / spacing;
+    let nearest = |v: &[f32; 3]| {
+        (0..3).fold(0, |key, a| {
+            let place = f64::from(v[a]) * per + shift[a] + 0.5;
+            let cut = place as i64;
+            let node = cut - i64::from(cut as f64 > place);
+            key << 21 | (node as u64 & 0x1f_ffff)
+        })
+    };
+    mesh.vertices.par_iter().with_min_len(CHUNK).map(nearest).collect()
 }
 
 /// The lowest vertex that each can reach through neighbors of the same node. Vertices of a border stay alone.
-fn groups(stars: &Stars, nodes: &[[i32; 3]]) -> Vec<u32> {
-    let closed: Vec<bool> = (0..stars.len()).into_par_iter().map(|v| stars.is_closed(v)).collect();
+fn groups(stars: &Stars, nodes: &[u64]) -> Vec<u32> {
+    let n = stars.len();
+    let closed: Vec<bool> = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| stars.is_closed(v)).collect();
     // What is next to a border stays, too, so that the border's triangles do.
-    let is_within = |v: usize| closed[v] && stars.corners(v).iter().all(|corner| closed[corner[0] as usize]);
-    let may_merge: Vec<bool> = (0..stars.len()).into_par_iter().map(is_within).collect();
-    let mut lowest: Vec<u32> = (0..stars.len() as u32).collect();
-    // A group is a few vertices around a node, so the lowest number is everywhere after a few rounds.
-    loop {
-        let step = |v: usize| {
-            if !may_merge[v] {
-                return v as u32;
-            }
-            let near = stars.corners(v).iter().map(|corner| corner[0] as usize);
-            let same = near.filter(|&n| may_merge[n] && nodes[n] == nodes[v]).map(|n| lowest[n]);
-            same.fold(lowest[v], u32::min)
-        };
-        let next: Vec<u32> = (0..stars.len()).into_par_iter().map(step).collect();
-        if next == lowest {
-            return lowest;
+    let may_merge = |v: usize| closed[v] && stars.corners(v).iter().all(|corner| closed[corner[0] as usize]);
+    let lower = |v: usize| {
+        let near = stars.corners(v).iter().map(|corner| corner[0]);
+        let mut same = near.filter(|&n| n < v as u32 && nodes[n as usize] == nodes[v]).peekable();
+        if same.peek().is_none() || !may_merge(v) {
+            return v as u32;
         }
-        lowest = next;
+        same.filter(|&n| may_merge(n as usize)).fold(v as u32, u32::min)
+    };
+    // The lowest of the neighbors; its own lowest neighbor may be lower still, and a group may have several such ends.
+    let mut lowest: Vec<u32> = (0..n).into_par_iter().with_min_len(CHUNK).map(lower).collect();
+    for v in 0..n {
+        lowest[v] = lowest[lowest[v] as usize];
     }
+    let lowest_of = &lowest;
+    let split = |v: usize| {
+        let near = stars.corners(v).iter().map(|corner| corner[0] as usize);
+        near.filter(move |&n| n < v && nodes[n] == nodes[v] && lowest_of[n] != lowest_of[v])
+            .map(move |n| [n as u32, v as u32])
+    };
+    let splits: Vec<[u32; 2]> = (0..n).into_par_iter().with_min_len(CHUNK).flat_map_iter(split).collect();
+    for [a, b] in splits {
+        if may_merge(a as usize) && may_merge(b as usize) {
+            join(&mut lowest, a, b);
+        }
+    }
+    for v in 0..n {
+        lowest[v] = lowest[lowest[v] as usize];
+    }
+    lowest
 }
 
-/// Undoes the merges around every vertex whose fan would not close; whether there was one.
-fn undo_broken(stars: &Stars, target: &mut [u32]) -> bool {
-    let groups = Groups::of(target);
-    let broken: Vec<u32> = (0..groups.len().div_ceil(CHUNK))
-        .into_par_iter()
-        .map_init(Vec::new, |fan, chunk| {
-            let mut broken = Vec::new();
-            for g in chunk * CHUNK..groups.len().min((chunk + 1) * CHUNK) {
-                let group = groups.members(g);
-                if is_touched(stars, target, &groups, group) {
-                    let is_disc = collect_fan(stars, target, group, fan);
-                    if !is_disc || !is_one_fan(fan) {
-                        broken.push(g as u32);
-                    }
-                }
-            }
-            broken
-        })
-        .flatten_iter()
-        .collect();
-    // The merges to blame: its own, and where it has none those of its neighbors.
+/// The groups, single vertices among them, whose fan would not close.
+fn find_broken(stars: &Stars, target: &[u32], all: &Groups) -> Vec<u32> {
+    let chunks = (0..all.len().div_ceil(CHUNK)).into_par_iter();
+    let broken = chunks.map_init(Vec::new, |fan, chunk| {
+        let groups = chunk * CHUNK..all.len().min((chunk + 1) * CHUNK);
+        let is_broken = |&g: &usize| is_broken(stars, target, all.members(g), fan);
+        groups.filter(is_broken).map(|g| all.members(g)[0]).collect::<Vec<u32>>()
+    });
+    broken.flatten_iter().collect()
+}
+
+/// Undoes the merges to blame for the broken groups, named by their lowest members, and returns those that are broken now.
+fn undo(stars: &Stars, target: &mut [u32], all: &Groups, broken: &[u32]) -> Vec<u32> {
+    // Its own merge, and where there is none those of its neighbors.
     let mut undone: Vec<u32> = Vec::new();
-    for &g in &broken {
-        let group = groups.members(g as usize);
-        if group.len() > 1 {
-            undone.push(group[0]);
+    for &lowest in broken {
+        if members(target, all, lowest).len() > 1 {
+            undone.push(lowest);
         } else {
-            undone.extend(stars.corners(group[0] as usize).iter().map(|corner| target[corner[0] as usize]));
+            let near = stars.corners(lowest as usize).iter().map(|corner| target[corner[0] as usize]);
+            undone.extend(near.filter(|&near| members(target, all, near).len() > 1));
         }
     }
     undone.sort_unstable();
     undone.dedup();
-    let mut changed = false;
-    for &lowest in &undone {
-        for &v in groups.members_with(lowest) {
-            changed |= target[v as usize] != v;
-            target[v as usize] = v;
-        }
+    let mut touched = Vec::new();
+    for &v in undone.iter().filter_map(|&lowest| all.members_with(lowest)).flatten() {
+        target[v as usize] = v;
+        touched.push(v);
+        touched.extend(stars.corners(v as usize).iter().map(|corner| corner[0]));
     }
-    changed
+    touched.iter_mut().for_each(|v| *v = target[*v as usize]);
+    touched.sort_unstable();
+    touched.dedup();
+    let mut fan = Vec::new();
+    touched.retain(|&lowest| is_broken(stars, target, members(target, all, lowest), &mut fan));
+    touched
 }
 
-/// Whether a group, or anything next to it, merges.
-fn is_touched(stars: &Stars, target: &[u32], groups: &Groups, group: &[u32]) -> bool {
-    let merges = |&n: &u32| groups.members_with(target[n as usize]).len() > 1;
+/// The members of the group that a vertex leads: all that it had at first, or itself alone once they were undone.
+fn members<'a>(target: &'a [u32], all: &'a Groups, lowest: u32) -> &'a [u32] {
+    match all.members_with(lowest) {
+        Some(first @ [_, second, ..]) if target[*second as usize] == lowest => first,
+        _ => std::slice::from_ref(&target[lowest as usize]),
+    }
+}
+
+/// Whether the fan of a merged vertex does not close, or more than a disc vanishes in it. A vertex of a border has no
+/// closed fan to lose: nothing next to it merges.
+fn is_broken(stars: &Stars, target: &[u32], group: &[u32], fan: &mut Vec<[u32; 2]>) -> bool {
+    let is_disc = collect_fan(stars, target, group, fan);
+    if is_disc && is_one_fan(fan) {
+        return false;
+    }
+    let merges =
+        |&v: &u32| target[v as usize] != v || stars.corners(v as usize).iter().any(|c| target[c[0] as usize] == v);
     group.len() > 1 || stars.corners(group[0] as usize).iter().flatten().any(merges)
 }
 
