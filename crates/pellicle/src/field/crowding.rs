@@ -9,7 +9,7 @@
 //! Source: Löschner, Böttcher, Jeske, Bender, Weighted Laplacian Smoothing for Surface Reconstruction of Particle-based
 //! Fluids, 2023, section 4.
 
-use super::density::{PairSum, sums};
+use super::around::{Around, around};
 use crate::{
     Control, Error, Lanes, Positions, Stage,
     lattice::Lattice,
@@ -17,18 +17,27 @@ use crate::{
     math::simd::{Simd, Unit},
 };
 
-/// The sum above, itself left out.
-#[derive(Clone, Copy)]
+/// The sum above.
 struct Crowding;
 
-impl PairSum for Crowding {
+impl Around for Crowding {
+    const OUT: usize = 1;
+    type Sums<S: Simd> = S::F;
+
     #[inline(always)]
-    fn term<S: Simd>(self, s: S, dist_sq: S::F) -> S::F {
-        s.max(s.sub(s.splat(1.0), dist_sq), s.splat(0.0))
+    fn zero<S: Simd>(&self, s: S) -> S::F {
+        s.splat(0.0)
     }
 
-    fn finish(self, sum: f32) -> f32 {
-        (sum - 1.0).max(0.0)
+    #[inline(always)]
+    fn add<S: Simd>(&self, s: S, sums: &mut S::F, _d: [S::F; 3], dist_sq: S::F, _mass: S::F, _own: usize) {
+        *sums = s.add(*sums, s.max(s.sub(s.splat(1.0), dist_sq), s.splat(0.0)));
+    }
+
+    /// The particle itself brought 1.
+    #[inline(always)]
+    fn finish<S: Simd>(&self, s: S, sums: S::F, _own: usize, to: &mut [f32]) {
+        to[0] = (s.sum(sums) - 1.0).max(0.0);
     }
 }
 
@@ -54,7 +63,7 @@ pub fn crowding(positions: Positions<'_>, support: f64, control: &Control<'_>) -
     control.begin(Stage::Density)?;
     let unit = Unit::new(Lanes::Auto).expect("every machine has one");
     let mut sorted = Vec::new();
-    sums(unit, &cells, Crowding, control, &mut sorted);
+    around(unit, &cells, &Crowding, None, control, &mut sorted);
     control.check()?;
     let mut to = vec![0.0; cells.len()];
     for (&index, &sum) in cells.order().iter().zip(&sorted) {

@@ -120,7 +120,7 @@ mod tests {
         let params = Params::new(0.025);
         let control = Control::default();
         let crowding = crowding((&positions).into(), params.support(), &control).unwrap();
-        let attributes = [Attribute { name: "crowding", components: 1, values: &crowding }];
+        let attributes = [Attribute::new("crowding", 1, &crowding)];
         let mut reconstructor = Reconstructor::new();
         let surface = reconstructor.extract((&positions).into(), &attributes, &params, &control).unwrap();
         let mesh = surface.to_mesh().unwrap();
