@@ -2,3 +2,4 @@
 
 pub(crate) mod cubes;
 pub(crate) mod tables;
+pub(crate) mod tetrahedra;
