@@ -47,13 +47,15 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::function::{Domain, Function, Warp};
 pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};
 pub use pipeline::{
-    Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Weighed, contour, reconstruct,
+    Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Tetrahedra, TetrahedraParams, Weighed,
+    contour, contour_function, contour_tetrahedra, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
 pub use stats::Stats;

@@ -10,6 +10,7 @@
 //! Source: this project; each field names its own.
 
 pub(crate) mod density;
+pub(crate) mod function;
 pub(crate) mod kernel;
 pub(crate) mod sph;
 pub(crate) mod volume;

@@ -2,9 +2,11 @@
 
 mod contour;
 mod surface;
+mod tetrahedra;
 
 pub use contour::{Contour, ContourParams, contour};
 pub use surface::{Chunk, Surface};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 
 use crate::{
     Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,

@@ -22,6 +22,7 @@ pub(crate) mod boxed;
 pub(crate) mod count;
 mod emit;
 pub(crate) mod regular;
+pub(crate) mod samples;
 pub(crate) mod sheared;
 pub(crate) mod source;
 mod splits;
