@@ -10,8 +10,10 @@
 //! Source: this project; each field names its own.
 
 pub(crate) mod density;
+pub(crate) mod falloff;
 pub(crate) mod function;
 pub(crate) mod kernel;
+pub(crate) mod metaball;
 pub(crate) mod sph;
 pub(crate) mod volume;
 

@@ -2,5 +2,6 @@
 
 pub(crate) mod cubes;
 pub(crate) mod rows;
+pub mod slices;
 pub(crate) mod tables;
 pub(crate) mod tetrahedra;
