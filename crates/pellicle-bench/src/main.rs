@@ -1,12 +1,18 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod tetrahedra;
+mod walk;
 
 /// A measurement: takes its arguments in words.
 type Run = fn(&[String]) -> Result<(), String>;
 
 /// What can be measured: the verb, its arguments, and the function.
-const VERBS: &[(&str, &str, Run)] = &[("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run)];
+const VERBS: &[(&str, &str, Run)] = &[
+    ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("walk", "", walk::run),
+];
 
 fn main() -> std::process::ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

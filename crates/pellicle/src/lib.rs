@@ -56,8 +56,11 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::balls::Metaballs;
 pub use field::function::{Domain, Function, Warp};
+pub use field::noise::{Noise, Turbulent};
 pub use field::volume::{Border, Samples, Volume};
+pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};

@@ -13,6 +13,11 @@ pub trait Function: Sync {
     /// Value at a world position. NaN is outside and infinitely low.
     fn value(&self, at: [f64; 3]) -> f64;
 
+    /// Values at world positions that are close together; each the same, to the last bit, as [`value`](Self::value) has it.
+    fn values(&self, at: &[[f64; 3]], to: &mut [f64]) {
+        at.iter().zip(to).for_each(|(&at, to)| *to = self.value(at));
+    }
+
     /// Gradient at a world position. Unless a function knows better, central differences over `step`, a length in world
     /// units that is small beside what the function shows.
     fn gradient(&self, at: [f64; 3], step: f64) -> [f64; 3] {

@@ -9,13 +9,16 @@
 //!
 //! Source: this project; each field names its own.
 
+pub(crate) mod balls;
 pub(crate) mod density;
 pub(crate) mod falloff;
 pub(crate) mod function;
 pub(crate) mod kernel;
 pub(crate) mod metaball;
+pub(crate) mod noise;
 pub(crate) mod sph;
 pub(crate) mod volume;
+pub(crate) mod warp;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 

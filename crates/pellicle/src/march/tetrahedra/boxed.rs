@@ -22,10 +22,13 @@ pub(crate) trait Cubic: Sync {
     /// are in the box.
     fn row(&self, from: [usize; 3], to: &mut [f64]);
 
-    /// Value at a place in units of cells, for what can be evaluated anywhere; else the middle of a cell is worth the mean
-    /// of its corners, as the trilinear interpolant has it.
-    fn value_at(&self, _at: [f64; 3]) -> Option<f64> {
-        None
+    /// Whether values can be had anywhere in the box, by [`at`](Self::at). Else the middle of a cell is worth the mean of its
+    /// corners, as the trilinear interpolant has it.
+    const ANYWHERE: bool = false;
+
+    /// Values at places in the box, in units of cells.
+    fn at(&self, _places: &[[f64; 3]], to: &mut [f64]) {
+        to.fill(ABSENT);
     }
 
     /// See [`Source::place`].
@@ -45,6 +48,8 @@ pub(crate) struct Boxed<S> {
 
 /// Most nodes along an axis of a cube that [`Boxed::corners`] loads.
 const MOST_SIDE: usize = 7;
+/// Most nodes of a cube that is asked for.
+const MOST_NODES: usize = 216;
 
 impl<S: Cubic> Boxed<S> {
     pub(crate) fn new(samples: S) -> Self {
@@ -77,7 +82,9 @@ impl<S: Cubic> Boxed<S> {
     }
 
     fn cube(&self, site: usize, low: Coord, side: usize, to: &mut [f64]) {
-        if site == 0 {
+        if S::ANYWHERE {
+            self.anywhere(site, low, side, to);
+        } else if site == 0 {
             self.corners(low, side, false, to);
         } else {
             self.middles(low, side, to);
@@ -105,17 +112,31 @@ impl<S: Cubic> Boxed<S> {
         }
     }
 
-    fn middles(&self, low: Coord, side: usize, to: &mut [f64]) {
-        let cell = |n: usize| {
-            [low[0] + (n % side) as i32, low[1] + (n / side % side) as i32, low[2] + (n / (side * side)) as i32]
-        };
-        if self.samples.value_at([0.0; 3]).is_some() {
-            for (n, to) in to.iter_mut().enumerate() {
-                let exists = if self.is_open { self.middle_exists(cell(n)) } else { self.is_cell(cell(n)) };
-                *to = if exists { self.samples.value_at(self.middle(cell(n))).unwrap_or(ABSENT) } else { ABSENT };
+    /// Evaluates all that is in the box at once.
+    fn anywhere(&self, site: usize, low: Coord, side: usize, to: &mut [f64]) {
+        let (mut places, mut indices, mut len) = ([[0.0; 3]; MOST_NODES], [0u16; MOST_NODES], 0);
+        for n in 0..to.len() {
+            let cell = [n % side, n / side % side, n / (side * side)];
+            let cell: Coord = std::array::from_fn(|a| low[a] + cell[a] as i32);
+            let exists = match (site, self.is_open) {
+                (0, _) => (0..3).all(|a| (0..self.nodes[a]).contains(&cell[a])),
+                (_, true) => self.middle_exists(cell),
+                (_, false) => self.is_cell(cell),
+            };
+            if exists {
+                (places[len], indices[len]) = (self.position(site, cell), n as u16);
+                len += 1;
             }
-            return;
         }
+        let mut values = [0.0; MOST_NODES];
+        self.samples.at(&places[..len], &mut values[..len]);
+        to.fill(ABSENT);
+        for (index, value) in indices.into_iter().zip(values).take(len) {
+            to[usize::from(index)] = value;
+        }
+    }
+
+    fn middles(&self, low: Coord, side: usize, to: &mut [f64]) {
         let mut corners = [0.0; MOST_SIDE * MOST_SIDE * MOST_SIDE];
         let wide = side + 1;
         let corners = &mut corners[..wide * wide * wide];

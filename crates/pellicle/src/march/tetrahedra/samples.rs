@@ -47,19 +47,15 @@ impl<T: Scalar> Cubic for Nodes<'_, T> {
     }
 }
 
+/// Points that a function is asked for at once.
+const RUN: usize = 64;
+
 /// A function on the lattice of a domain.
 pub(crate) struct Evaluated<'a> {
     pub(crate) function: &'a dyn Function,
     pub(crate) domain: &'a Domain<'a>,
     pub(crate) iso: f64,
     pub(crate) is_left_handed: bool,
-}
-
-impl Evaluated<'_> {
-    fn value(&self, at: [f64; 3]) -> f64 {
-        let value = self.function.value(self.domain.to_world(at)) - self.iso;
-        if value.is_nan() { ABSENT } else { value }
-    }
 }
 
 impl Cubic for Evaluated<'_> {
@@ -73,12 +69,24 @@ impl Cubic for Evaluated<'_> {
 
     fn row(&self, [i, j, k]: [usize; 3], to: &mut [f64]) {
         for (n, to) in to.iter_mut().enumerate() {
-            *to = self.value([i + n, j, k].map(|v| v as f64));
+            self.at(&[[i + n, j, k].map(|v| v as f64)], std::slice::from_mut(to));
         }
     }
 
-    fn value_at(&self, at: [f64; 3]) -> Option<f64> {
-        Some(self.value(at))
+    const ANYWHERE: bool = true;
+
+    fn at(&self, places: &[[f64; 3]], to: &mut [f64]) {
+        let mut world = [[0.0; 3]; RUN];
+        for (places, to) in places.chunks(RUN).zip(to.chunks_mut(RUN)) {
+            for (world, &at) in world.iter_mut().zip(places) {
+                *world = self.domain.to_world(at);
+            }
+            self.function.values(&world[..places.len()], to);
+            for to in to {
+                let value = *to - self.iso;
+                *to = if value.is_nan() { ABSENT } else { value };
+            }
+        }
     }
 
     fn place(&self, at: [f64; 3]) -> [f64; 3] {
