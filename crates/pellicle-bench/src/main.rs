@@ -1,8 +1,14 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod rivals;
+mod rosenberg;
 mod tetrahedra;
 mod walk;
+
+/// Counts bytes, so that tables can tell memory.
+#[global_allocator]
+static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
 
 /// A measurement: takes its arguments in words.
 type Run = fn(&[String]) -> Result<(), String>;
@@ -12,6 +18,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
     ("tetrahedra", "[--json]", tetrahedra::run),
     ("walk", "", walk::run),
+    ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
 ];
 
 fn main() -> std::process::ExitCode {

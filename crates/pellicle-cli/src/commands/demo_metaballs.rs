@@ -30,20 +30,20 @@ const FILES: [&str; 4] = ["metaballs.ply", "turbulence.ply", "metaballs.png", "t
 /// Pixels of each part of a picture.
 const PART: (u32, u32) = (720, 720);
 /// Cells of a lattice, about, whatever its space.
-const CELLS: f64 = 300_000.0;
+const CELLS: f64 = 500_000.0;
 /// Radii that a ball's field reaches.
 const REACH: f64 = 4.0;
 /// Where the field is 1, as in the talk.
 const ISO: f64 = 1.0;
 
 const EYE: [f64; 3] = [0.0, 1.0, 0.0];
-const TARGET: [f64; 3] = [2.2, 0.0, -10.0];
+const TARGET: [f64; 3] = [2.1, 0.45, -10.0];
 /// Vertical angle of view, in degrees.
 const ANGLE: f64 = 44.0;
 /// Tangent of half of it.
 const TANGENT: f64 = 0.404_026_225_8;
 /// Depths of the near and the far plane.
-const DEPTHS: [f64; 2] = [2.6, 17.0];
+const DEPTHS: [f64; 2] = [2.9, 17.0];
 
 /// Runs it.
 pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
@@ -160,11 +160,11 @@ fn view_space<'a>(balls: &Metaballs, view: &'a View) -> Domain<'a> {
     cubic(bounds[0], bounds[1]).warped(view as &dyn Warp)
 }
 
-/// The frustum. A third of a picture's cell in depth makes cells about as deep as wide in its middle.
+/// The frustum. Five times as many cells in depth as across make those at the far end about as deep as wide.
 fn projection_space(projection: &Projection) -> Domain<'_> {
-    let across = (CELLS / 3.0).cbrt().round();
-    let cells = [across as usize, across as usize, (3.0 * across) as usize];
-    let spacing = [2.0 / across, 2.0 / across, 1.0 / (3.0 * across)];
+    let across = (CELLS / 5.0).cbrt().round();
+    let cells = [across as usize, across as usize, (5.0 * across) as usize];
+    let spacing = [2.0 / across, 2.0 / across, 1.0 / (5.0 * across)];
     Domain { low: [-1.0, -1.0, 0.0], spacing, cells, border: Border::Closed, warp: Some(projection) }
 }
 
