@@ -1,6 +1,7 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod fields;
 mod rivals;
 mod rosenberg;
 mod tetrahedra;
@@ -18,6 +19,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
     ("tetrahedra", "[--json]", tetrahedra::run),
     ("walk", "", walk::run),
+    ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
 ];
 
