@@ -35,6 +35,7 @@
 pub mod internals;
 pub mod mesh;
 pub mod particles;
+pub mod post;
 pub mod sink;
 
 /// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
@@ -60,6 +61,7 @@ mod stats;
 
 pub use error::Error;
 pub use field::balls::Metaballs;
+pub use field::crowding::crowding;
 pub use field::function::{Domain, Function, Warp};
 pub use field::noise::{Noise, Turbulent};
 pub use field::volume::{Border, Samples, Volume};

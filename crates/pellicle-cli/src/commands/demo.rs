@@ -13,6 +13,7 @@ use crate::clock::StageClock;
 use crate::cloud::{Channel, Cloud};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::Finishing;
 use crate::interrupt::{self, Phase};
 use crate::machine;
 use crate::picture;
@@ -68,6 +69,7 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();

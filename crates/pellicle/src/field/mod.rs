@@ -14,6 +14,7 @@ pub(crate) mod anisotropic;
 mod around;
 pub(crate) mod balls;
 mod centre;
+pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod falloff;
 pub(crate) mod function;
