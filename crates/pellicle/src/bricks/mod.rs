@@ -1,4 +1,5 @@
-//! Where to look: which bricks may hold a crossing.
+//! Where to look.
 
 pub(crate) mod band;
+pub(crate) mod levels;
 pub(crate) mod store;

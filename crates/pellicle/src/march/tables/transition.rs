@@ -89,6 +89,16 @@ const fn edge_between(a: u8, b: u8) -> u8 {
     }
 }
 
+/// Of an edge: whether it lies along v (else u), and its lower node.
+pub(crate) const fn edge_ends(edge: usize) -> (bool, usize) {
+    match edge {
+        0..6 => (false, edge % 2 + 3 * (edge / 2)),
+        6..12 => (true, edge - 6),
+        12..14 => (false, 9 + 2 * (edge - 12)),
+        _ => (true, 9 + edge - 14),
+    }
+}
+
 /// The faces that hold each edge, bit by bit.
 const FACES_OF: [u16; EDGES] = {
     let mut faces = [0; EDGES];

@@ -25,9 +25,12 @@ fn ends(edge: u8) -> [u8; 2] {
 }
 
 #[test]
-fn every_edge_lies_on_two_faces() {
+fn every_edge_lies_on_two_faces_and_has_its_ends() {
     for edge in 0..EDGES {
         assert_eq!(FACES_OF[edge].count_ones(), 2, "edge {edge}");
+        let (along_v, low) = edge_ends(edge);
+        let step = if low < 9 { [1, 3] } else { [1, 2] }[usize::from(along_v)];
+        assert_eq!(edge_between(low as u8, (low + step) as u8), edge as u8);
     }
 }
 
