@@ -1,9 +1,8 @@
-//! Blocks of cells with a cell size each: where the surface is fine and where it is coarse.
+//! A cell size for each block: where the surface is fine and where it is coarse.
 //!
-//! A *block* is a cube of the world, the same for all levels: `side` cells of the finest lattice along each axis, block
-//! (i, j, k) from node `side`·(i, j, k) on. At level L its cells are 2^L fine cells wide, so every node of a level is a node
-//! of the finest lattice. A block is *listed* or absent; two blocks are neighbours if they share a face, an edge or a
-//! corner, hence 26.
+//! A *block* is a cube of the world, the same for all levels. At level L its cells are 2^L cells of the finest lattice wide,
+//! so every node of a level is a node of the finest lattice. A block is *listed* or absent; two blocks are neighbours if
+//! they share a face, an edge or a corner, hence 26.
 //!
 //! The caller wishes a level for each block. Levels are *balanced*: those of neighbours differ by one at most, and never
 //! exceed the wish. So two levels at most meet in a point, and what lies around a face, edge or corner of a block is known
@@ -12,7 +11,7 @@
 //! Source: 2:1 balance is that of octrees, von Herzen and Barr, Accurate triangulations of deformed, intersecting surfaces,
 //! 1987; blocks of one size instead of a tree are this project's.
 
-use crate::lattice::{Coord, morton, plus};
+use crate::lattice::Coord;
 
 /// Neighbours of a block, itself included, by [`offset_index`].
 pub(crate) const AROUND: usize = 27;
@@ -33,44 +32,49 @@ pub(crate) const fn offset(index: usize) -> [i32; 3] {
     [index as i32 % 3 - 1, index as i32 / 3 % 3 - 1, index as i32 / 9 - 1]
 }
 
-/// Listed blocks in Morton order, their levels and neighbours. Reusable.
+/// Listed blocks, their levels and neighbours. Reusable.
 #[derive(Default)]
-pub(crate) struct Blocks {
+pub(crate) struct Levels {
     pub(crate) at: Vec<Coord>,
     pub(crate) level: Vec<u8>,
     /// Indices of the blocks around each, or [`ABSENT`].
     pub(crate) near: Vec<[u32; AROUND]>,
-    keys: Vec<u128>,
 }
 
-impl Blocks {
+impl Levels {
     /// Number of blocks.
     pub(crate) fn len(&self) -> usize {
         self.at.len()
     }
 
-    /// Takes the blocks (repeated ones once), asks `wish` for the level of each, at most `coarsest`, and balances.
+    /// Takes blocks with their neighbours and wishes, at most `coarsest`, and balances.
+    pub(crate) fn take(&mut self, blocks: impl IntoIterator<Item = (Coord, [u32; AROUND], u8)>, coarsest: u8) {
+        self.at.clear();
+        self.near.clear();
+        self.level.clear();
+        for (at, near, wish) in blocks {
+            self.at.push(at);
+            self.near.push(near);
+            self.level.push(wish.min(coarsest));
+        }
+        self.balance(coarsest);
+    }
+
+    /// Lists blocks in this order, each once.
+    #[cfg(test)]
     pub(crate) fn list(
         &mut self,
         blocks: impl IntoIterator<Item = Coord>,
         coarsest: u8,
         mut wish: impl FnMut(Coord) -> u8,
     ) {
-        self.at.clear();
-        self.at.extend(blocks);
-        self.at.sort_unstable_by_key(|&block| morton(block));
-        self.at.dedup();
-        self.keys.clear();
-        self.keys.extend(self.at.iter().map(|&block| morton(block)));
-        self.level.clear();
-        self.level.extend(self.at.iter().map(|&block| wish(block).min(coarsest)));
-        self.near.clear();
-        self.near.extend(self.at.iter().map(|&block| {
-            std::array::from_fn(|o| {
-                self.keys.binary_search(&morton(plus(block, offset(o)))).map_or(ABSENT, |i| i as u32)
-            })
-        }));
-        self.balance(coarsest);
+        let places: Vec<Coord> = blocks.into_iter().collect();
+        let index: std::collections::BTreeMap<Coord, u32> = places.iter().copied().zip(0..).collect();
+        assert_eq!(index.len(), places.len(), "each block once");
+        let near = |at: Coord| {
+            std::array::from_fn(|o| index.get(&crate::lattice::plus(at, offset(o))).copied().unwrap_or(ABSENT))
+        };
+        self.take(places.iter().map(|&at| (at, near(at), wish(at))), coarsest);
     }
 
     /// Lowers levels until neighbours differ by one at most: from the finest level on, so that each block is done once.
@@ -99,13 +103,14 @@ impl Blocks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::plus;
 
     #[test]
     fn levels_are_the_largest_balanced_ones_below_the_wish() {
         let blocks = || (0..9 * 9 * 2).map(|i| [i % 9 - 4, i / 9 % 9 - 4, i / 81 - 1]);
         let wish = |b: Coord| if b == [0, 0, 0] { 0 } else { 3 };
-        let mut levels = Blocks::default();
-        levels.list(blocks().chain([[0; 3]]), 3, wish);
+        let mut levels = Levels::default();
+        levels.list(blocks(), 3, wish);
         assert_eq!(levels.len(), 9 * 9 * 2);
         for (block, &at) in levels.at.iter().enumerate() {
             // Distance from the fine block in steps to a neighbour, corners included.

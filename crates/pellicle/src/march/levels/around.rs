@@ -17,7 +17,7 @@
 //! Source: the shape of the cells and their width are Lengyel 2010 (see [`super`]); the rules for edges and corners are
 //! this project's.
 
-use crate::bricks::levels::{AROUND, Blocks, SELF, offset, offset_index};
+use crate::bricks::levels::{AROUND, Levels, SELF, offset, offset_index};
 
 /// Along an axis: 0 at the low border, 1 within, 2 at the high border.
 #[inline(always)]
@@ -44,7 +44,7 @@ pub(crate) struct Around {
 
 impl Around {
     /// Tables of block `block`.
-    pub(crate) fn new(blocks: &Blocks, block: usize) -> Self {
+    pub(crate) fn new(blocks: &Levels, block: usize) -> Self {
         // Levels relative to the block's own.
         let relative: [Option<i32>; AROUND] = std::array::from_fn(|o| {
             blocks.neighbour(block, o).map(|n| i32::from(blocks.level[n]) - i32::from(blocks.level[block]))
@@ -149,8 +149,8 @@ mod tests {
     use super::*;
 
     /// 2×2×2 blocks around the origin's corner, block `c` at level `pattern >> c & 1`.
-    fn corner(pattern: u32) -> Blocks {
-        let mut blocks = Blocks::default();
+    fn corner(pattern: u32) -> Levels {
+        let mut blocks = Levels::default();
         let wish = |b: [i32; 3]| (pattern >> (b[0] + 2 * b[1] + 4 * b[2]) & 1) as u8;
         blocks.list((0..8).map(|c| [c & 1, c >> 1 & 1, c >> 2]), 1, wish);
         blocks

@@ -29,7 +29,7 @@ impl Face {
         let (axis, below) = (face / 2, face % 2 == 0);
         let mut d = [0; 3];
         d[axis] = if below { -1 } else { 1 };
-        let fine = rows.blocks.neighbour(coarse, offset_index(d))?;
+        let fine = rows.levels.neighbour(coarse, offset_index(d))?;
         let plane = if below { [0, rows.cells(fine)] } else { [rows.cells(coarse), 0] };
         Some(Self { coarse, fine, axes: [(axis + 1) % 3, (axis + 2) % 3, axis], plane, below })
     }

@@ -15,12 +15,13 @@
 
 use super::around::{Around, OTHER, side};
 use crate::{
-    bricks::levels::{Blocks, SELF, offset},
+    Error,
+    bricks::levels::{AROUND, Levels, SELF, offset},
     lattice::Coord,
 };
 
 /// Cells of the widest block along an axis.
-pub(crate) const WIDEST: usize = 32;
+pub(crate) const WIDEST: usize = 60;
 
 /// One row of nodes along x.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,9 +34,9 @@ pub(crate) struct Row {
 /// Rows of all blocks, and what is needed to find a vertex. Reusable.
 #[derive(Default)]
 pub(crate) struct Rows {
-    /// Fine cells of a block along an axis: a power of two, at most [`WIDEST`].
+    /// Finest cells of a block along an axis: at most [`WIDEST`], and a multiple of the widest cell.
     pub(crate) side: usize,
-    pub(crate) blocks: Blocks,
+    pub(crate) levels: Levels,
     pub(crate) around: Vec<Around>,
     /// Where each block's rows begin, and the end.
     pub(crate) first: Vec<usize>,
@@ -119,13 +120,19 @@ impl Rows {
     /// Cells along an axis of a block.
     #[inline(always)]
     pub(crate) fn cells(&self, block: usize) -> usize {
-        self.side >> self.blocks.level[block]
+        self.side >> self.levels.level[block]
+    }
+
+    /// Finest cells that a cell of a block is wide.
+    #[inline(always)]
+    pub(crate) fn stride(&self, block: usize) -> i32 {
+        1 << self.levels.level[block]
     }
 
     /// First node of a block on the finest lattice.
     #[inline(always)]
     pub(crate) fn first_node(&self, block: usize) -> Coord {
-        self.blocks.at[block].map(|v| v * self.side as i32)
+        self.levels.at[block].map(|v| v * self.side as i32)
     }
 
     /// One block's rows.
@@ -141,16 +148,41 @@ impl Rows {
     /// Makes room for the rows of all listed blocks.
     pub(crate) fn lay_out(&mut self) {
         self.around.clear();
-        self.around.extend((0..self.blocks.len()).map(|block| Around::new(&self.blocks, block)));
+        self.around.extend((0..self.levels.len()).map(|block| Around::new(&self.levels, block)));
         self.first.clear();
         let mut end = 0;
         self.first.push(end);
-        for block in 0..self.blocks.len() {
+        for block in 0..self.levels.len() {
             end += (self.cells(block) + 1).pow(2);
             self.first.push(end);
         }
         self.rows.clear();
         self.rows.resize(end, Row::default());
+    }
+
+    /// Gives every block its first vertex number.
+    ///
+    /// # Errors
+    /// [`Error::Count`] when the vertices exceed `u32`.
+    pub(crate) fn place_vertices(&mut self, counts: &[u32]) -> Result<(), Error> {
+        let needed: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+        if needed > u64::from(u32::MAX) {
+            return Err(Error::Count { what: "vertices", needed, available: u32::MAX.into() });
+        }
+        self.first_vertex.clear();
+        let mut end = 0;
+        self.first_vertex.push(end);
+        self.first_vertex.extend(counts.iter().map(|&count| {
+            end += count;
+            end
+        }));
+        Ok(())
+    }
+
+    /// Bytes in use.
+    pub(crate) fn bytes(&self) -> usize {
+        let block = size_of::<Coord>() + size_of::<u8>() + size_of::<[u32; AROUND]>() + size_of::<Around>() + 12;
+        self.rows.len() * size_of::<Row>() + self.levels.len() * block
     }
 
     /// Number of the vertex on a crossed lattice edge of a block, given by its axis and its lower node in the block.
@@ -163,7 +195,7 @@ impl Rows {
         }
         let d = offset(owner);
         let there = std::array::from_fn(|a| (at[a] as i32 - d[a] * n as i32) as usize);
-        self.owned_vertex(self.blocks.near[block][owner] as usize, axis, there)
+        self.owned_vertex(self.levels.near[block][owner] as usize, axis, there)
     }
 
     #[inline(always)]

@@ -2,12 +2,11 @@
 //!
 //! Source: see [`super`].
 
-use super::{
-    Grid, RowSet, Samples,
-    around::side,
-    rows::{View, WIDEST},
+use super::{Grid, NodeSet, Samples, Source, around::side, rows::View};
+use crate::{
+    lattice::Coord,
+    math::{bits::ones, ranges::Split},
 };
-use crate::{lattice::Coord, math::bits::ones, math::ranges::Split};
 
 /// Cells that a moved node moves along an axis: the width of a transition cell.
 const MOVE: f32 = 0.25;
@@ -22,51 +21,63 @@ pub(crate) struct Place {
     pub(crate) spacing: f64,
 }
 
-/// Where vertices go: as many places in each.
-pub(crate) struct Vertices<'a> {
+/// Where vertices go: as many places in each that is asked for.
+pub(crate) struct Vertices<'a, V> {
     pub(crate) positions: &'a mut [[f32; 3]],
     pub(crate) normals: Option<&'a mut [[f32; 3]]>,
+    pub(crate) data: Option<&'a mut [V]>,
 }
 
-impl Split for Vertices<'_> {
+impl<V: Send> Split for Vertices<'_, V> {
     fn split(self, item: usize, at: usize) -> (Self, Self) {
-        let (left, right) = (self.positions, self.normals).split(item, at);
-        (Self { positions: left.0, normals: left.1 }, Self { positions: right.0, normals: right.1 })
+        let (left, right) = (self.positions, self.normals, self.data).split(item, at);
+        let vertices = |(positions, normals, data)| Self { positions, normals, data };
+        (vertices(left), vertices(right))
     }
 }
 
-/// Rows that hold an end of an owned crossed edge.
-pub(crate) fn rows_needed(view: &View<'_>) -> RowSet {
-    let mut needed = [0; WIDEST + 1];
-    for k in 0..=view.n {
-        for j in 0..=view.n {
-            let crossed: [bool; 3] = std::array::from_fn(|axis| view.owned(axis, j, k) != 0);
-            if crossed.contains(&true) {
-                needed[k] |= 1 << j;
+/// Nodes that are an end of an owned crossed edge.
+pub(crate) fn nodes_needed(view: &View<'_>, to: &mut NodeSet) {
+    let pitch = view.n + 1;
+    to.clear();
+    to.resize(pitch * pitch, 0);
+    for k in 0..pitch {
+        for j in 0..pitch {
+            let row = j + pitch * k;
+            let [x, y, z] = std::array::from_fn(|axis| view.owned(axis, j, k));
+            to[row] |= x | x << 1 | y | z;
+            if y != 0 {
+                to[row + 1] |= y;
             }
-            if crossed[1] {
-                needed[k] |= 1 << (j + 1);
-            }
-            if crossed[2] {
-                needed[k + 1] |= 1 << j;
+            if z != 0 {
+                to[row + pitch] |= z;
             }
         }
     }
-    needed
 }
 
 /// Writes the vertices of one block, in the order of their numbers.
-pub(crate) fn write(view: &View<'_>, grid: Grid, samples: &Samples, place: Place, to: Vertices<'_>) {
-    let Vertices { positions, mut normals } = to;
+pub(crate) fn write<S: Source>(
+    view: &View<'_>,
+    grid: Grid,
+    samples: &Samples<S::Corner>,
+    place: Place,
+    source: &S,
+    mut to: Vertices<'_, S::Vertex>,
+) {
     let mut next = 0;
     for k in 0..=view.n {
         for j in 0..=view.n {
             for axis in 0..3 {
                 for i in ones(view.owned(axis, j, k)) {
-                    let (position, normal) = vertex(view, grid, samples, place, axis, [i, j, k]);
-                    positions[next] = position;
-                    if let Some(normals) = &mut normals {
+                    let crossing = Crossing::new(grid, samples, place.iso, axis, [i, j, k]);
+                    let normal = crossing.normal(samples);
+                    to.positions[next] = crossing.position(view, grid, place, normal);
+                    if let Some(normals) = &mut to.normals {
                         normals[next] = normal;
+                    }
+                    if let Some(data) = &mut to.data {
+                        data[next] = source.mix(crossing.at.map(|at| samples.corners[at]), crossing.t);
                     }
                     next += 1;
                 }
@@ -75,41 +86,52 @@ pub(crate) fn write(view: &View<'_>, grid: Grid, samples: &Samples, place: Place
     }
 }
 
-/// Position and outward normal of the vertex on one edge.
-#[inline(always)]
-fn vertex(
-    view: &View<'_>,
-    grid: Grid,
-    samples: &Samples,
-    place: Place,
+/// A crossed edge.
+struct Crossing {
     axis: usize,
-    low: [usize; 3],
-) -> ([f32; 3], [f32; 3]) {
-    let mut high = low;
-    high[axis] += 1;
-    let ends = [low, high];
-    let [a, b] = ends.map(|node| grid.place(node));
-    let (from, to) = (samples.values[a], samples.values[b]);
-    let t = (place.iso - from) / (to - from);
-    let normal = outward(std::array::from_fn(|x| {
-        let gradient = &samples.gradients[x];
-        gradient[a] + t * (gradient[b] - gradient[a])
-    }));
-    let n = view.n;
-    let moves = ends.map(|node| view.around.node_move(node.map(|v| side(v, n))));
-    let shift = if moves == [[0; 3]; 2] {
-        [0.0; 3]
-    } else {
-        along_surface(
-            std::array::from_fn(|x| MOVE * ((1.0 - t) * f32::from(moves[0][x]) + t * f32::from(moves[1][x]))),
-            normal,
-        )
-    };
-    let position = std::array::from_fn(|x| {
-        let within = low[x] as f64 + f64::from(shift[x]) + if x == axis { f64::from(t) } else { 0.0 };
-        ((f64::from(grid.first[x] - place.origin[x]) + within * f64::from(grid.stride)) * place.spacing) as f32
-    });
-    (position, normal)
+    ends: [[usize; 3]; 2],
+    /// Places of the ends' samples.
+    at: [usize; 2],
+    /// Where it is crossed, from 0 to 1.
+    t: f32,
+}
+
+impl Crossing {
+    #[inline(always)]
+    fn new<C>(grid: Grid, samples: &Samples<C>, iso: f32, axis: usize, low: [usize; 3]) -> Self {
+        let mut high = low;
+        high[axis] += 1;
+        let at = [low, high].map(|node| grid.place(node));
+        let [a, b] = at.map(|at| samples.values[at]);
+        Self { axis, ends: [low, high], at, t: (iso - a) / (b - a) }
+    }
+
+    /// Outward normal; zero where the field has no slope.
+    #[inline(always)]
+    fn normal<C>(&self, samples: &Samples<C>) -> [f32; 3] {
+        let [a, b] = self.at.map(|at| samples.outward[at]);
+        let mixed: [f32; 3] = std::array::from_fn(|i| a[i] + self.t * (b[i] - a[i]));
+        let length = (mixed[0] * mixed[0] + mixed[1] * mixed[1] + mixed[2] * mixed[2]).sqrt();
+        let per_length = 1.0 / length.max(f32::MIN_POSITIVE);
+        mixed.map(|v| v * per_length)
+    }
+
+    #[inline(always)]
+    fn position(&self, view: &View<'_>, grid: Grid, place: Place, normal: [f32; 3]) -> [f32; 3] {
+        let moves = self.ends.map(|node| view.around.node_move(node.map(|v| side(v, view.n))));
+        let shift = if moves == [[0; 3]; 2] {
+            [0.0; 3]
+        } else {
+            let mixed = |x: usize| (1.0 - self.t) * f32::from(moves[0][x]) + self.t * f32::from(moves[1][x]);
+            along_surface(std::array::from_fn(|x| MOVE * mixed(x)), normal)
+        };
+        std::array::from_fn(|x| {
+            let along = if x == self.axis { f64::from(self.t) } else { 0.0 };
+            let first = f64::from(grid.first[x] - place.origin[x]);
+            let cells = self.ends[0][x] as f64 + along + f64::from(shift[x]);
+            ((first + cells * f64::from(grid.stride)) * place.spacing) as f32
+        })
+    }
 }
 
 /// The part of a move that is at a right angle to the normal.
@@ -117,12 +139,4 @@ fn vertex(
 fn along_surface(shift: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
     let across = shift[0] * normal[0] + shift[1] * normal[1] + shift[2] * normal[2];
     std::array::from_fn(|x| shift[x] - across * normal[x])
-}
-
-/// Unit vector against a gradient; zero where there is none.
-#[inline(always)]
-fn outward(gradient: [f32; 3]) -> [f32; 3] {
-    let length_sq = gradient[0] * gradient[0] + gradient[1] * gradient[1] + gradient[2] * gradient[2];
-    let length = length_sq.max(f32::MIN_POSITIVE).sqrt();
-    gradient.map(|g| -g / length)
 }
