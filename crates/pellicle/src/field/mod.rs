@@ -10,8 +10,11 @@
 //! Source: this project; each field names its own.
 
 pub(crate) mod density;
+pub(crate) mod falloff;
 pub(crate) mod kernel;
+pub(crate) mod metaball;
 pub(crate) mod sph;
+pub(crate) mod volume;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 

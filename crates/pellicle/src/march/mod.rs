@@ -2,4 +2,6 @@
 
 pub(crate) mod cubes;
 pub(crate) mod levels;
+pub(crate) mod rows;
+pub mod slices;
 pub(crate) mod tables;
