@@ -38,7 +38,7 @@ pub mod sink;
 pub mod realtime {
     pub use crate::{
         march::slices::{Counts, Neighbour, Neighbours, Plain, Seeds, Skin},
-        pipeline::engine::{Engine, Frame, Metaball, Params, Particles},
+        pipeline::engine::{Engine, Frame, MOST_LEVELS, Metaball, Params, Particles, Region},
     };
 }
 

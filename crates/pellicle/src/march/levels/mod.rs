@@ -27,6 +27,7 @@
 
 pub(crate) mod around;
 mod cells;
+mod columned;
 pub(crate) mod rows;
 mod surface;
 mod vertices;
@@ -36,6 +37,7 @@ mod tests;
 
 use crate::lattice::Coord;
 
+pub(crate) use columned::{Columned, Scratch};
 pub(crate) use surface::{Pool, Surface, fit_pool};
 pub(crate) use vertices::{Place, Vertices};
 

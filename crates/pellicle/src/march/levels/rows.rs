@@ -20,9 +20,6 @@ use crate::{
     lattice::Coord,
 };
 
-/// Cells of the widest block along an axis.
-pub(crate) const WIDEST: usize = 60;
-
 /// One row of nodes along x.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Row {
@@ -34,7 +31,7 @@ pub(crate) struct Row {
 /// Rows of all blocks, and what is needed to find a vertex. Reusable.
 #[derive(Default)]
 pub(crate) struct Rows {
-    /// Finest cells of a block along an axis: at most [`WIDEST`], and a multiple of the widest cell.
+    /// Finest cells of a block along an axis: at most 62, and a multiple of the widest cell.
     pub(crate) side: usize,
     pub(crate) levels: Levels,
     pub(crate) around: Vec<Around>,

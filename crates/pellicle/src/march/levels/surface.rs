@@ -22,7 +22,7 @@ use crate::{
 
 /// What a thread keeps from block to block.
 pub(crate) struct Work<S, C> {
-    scratch: S,
+    pub(crate) scratch: S,
     samples: Samples<C>,
     nodes: NodeSet,
 }

@@ -1,10 +1,12 @@
 //! Road B: particles → blocks → columns → slices → sink, every frame.
 
+mod levels;
 mod params;
 #[cfg(test)]
 mod tests;
 
-pub use params::{Frame, Metaball, Params};
+pub use levels::Region;
+pub use params::{Frame, MOST_LEVELS, Metaball, Params};
 
 use std::sync::Mutex;
 
@@ -71,6 +73,7 @@ pub struct Engine<K: Skin = Plain> {
     works: Vec<Mutex<Work<K::Corner>>>,
     pieces: Vec<Piece<K::Vertex>>,
     seams: Seams,
+    detail: levels::Detail<K>,
 }
 
 /// Numbers of vertices that later blocks refer to.
@@ -119,6 +122,7 @@ impl<K: Skin> Engine<K> {
             works: Vec::new(),
             pieces: Vec::new(),
             seams: Seams::default(),
+            detail: levels::Detail::default(),
         })
     }
 
@@ -148,23 +152,60 @@ impl<K: Skin> Engine<K> {
         particles: impl Into<Particles<'a>>,
         sink: &mut impl Sink<K::Vertex>,
     ) -> Result<Frame, Error> {
-        let particles = particles.into();
+        self.run(particles.into(), None, sink)
+    }
+
+    /// As [`update`](Self::update), with a cell size for each block: `wish` is asked for the level of every block that
+    /// particles reach. At level 0 cells have the edge [`Params::spacing`], at each further level twice that, up to
+    /// [`coarsest_level`](Self::coarsest_level). Levels of blocks that touch, if only in a corner, are made to differ by one
+    /// at most, by refining what is too coarse. The surface is closed, across levels, too.
+    ///
+    /// ```
+    /// use pellicle::{Mesh, realtime::{Engine, Params}};
+    ///
+    /// let mut engine = Engine::new(Params { block: [16; 3], ..Params::new(3.0, 0.25) })?;
+    /// let particles: Vec<[f32; 3]> = (0..40).map(|i| [i as f32 * 0.5, 0.0, 0.0]).collect();
+    /// let mut mesh = Mesh::default();
+    /// let eye = [0.0; 3];
+    /// let frame = engine.update_with_levels(&particles, |block| block.level_by_distance(eye, 3.0), &mut mesh)?;
+    /// assert!(frame.levels[0] > 0 && frame.levels[1] > 0);
+    /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`update`](Self::update); [`Error::Parameter`] for blocks that are not cubes, and for seeds from particles.
+    pub fn update_with_levels<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        mut wish: impl FnMut(&Region) -> u8,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        self.run(particles.into(), Some(&mut wish), sink)
+    }
+
+    fn run(
+        &mut self,
+        particles: Particles<'_>,
+        wish: Option<levels::Wish<'_>>,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
         self.place(&particles)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         match (self.params.field, varied) {
-            (Metaball::Triquet, false) => self.march(&Radial::<_, false>(Triquet), sink),
-            (Metaball::Triquet, true) => self.march(&Radial::<_, true>(Triquet), sink),
-            (Metaball::Wyvill, false) => self.march(&Radial::<_, false>(Wyvill), sink),
-            (Metaball::Wyvill, true) => self.march(&Radial::<_, true>(Wyvill), sink),
+            (Metaball::Triquet, false) => self.march(&Radial::<_, false>(Triquet), wish, sink),
+            (Metaball::Triquet, true) => self.march(&Radial::<_, true>(Triquet), wish, sink),
+            (Metaball::Wyvill, false) => self.march(&Radial::<_, false>(Wyvill), wish, sink),
+            (Metaball::Wyvill, true) => self.march(&Radial::<_, true>(Wyvill), wish, sink),
             (Metaball::InverseSquare { radius }, varied) => {
                 let falloff = InverseSquare { radius_sq: (radius * radius) as f32 };
                 if varied {
-                    self.march(&Radial::<_, true>(falloff), sink)
+                    self.march(&Radial::<_, true>(falloff), wish, sink)
                 } else {
-                    self.march(&Radial::<_, false>(falloff), sink)
+                    self.march(&Radial::<_, false>(falloff), wish, sink)
                 }
             }
-            (Metaball::Sph, _) => self.march(&Radial::<_, true>(Spline), sink),
+            (Metaball::Sph, _) => self.march(&Radial::<_, true>(Spline), wish, sink),
         }
     }
 
@@ -220,22 +261,43 @@ impl<K: Skin> Engine<K> {
         Ok(())
     }
 
-    fn march(&mut self, blend: &impl Blend, sink: &mut impl Sink<K::Vertex>) -> Result<Frame, Error> {
-        let size = self.params.block.map(|n| n as i32);
-        self.blocks.cut(size, &self.placed, |_| Some(0));
-        let origin = self.origin(size);
-        let shading = match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
+    /// What vertices get.
+    fn shading(&self) -> Shading {
+        match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
             (false, false) => Shading::None,
             (true, false) => Shading::Normals,
             (false, true) => Shading::Data,
             (true, true) => Shading::NormalsAndData,
+        }
+    }
+
+    fn march(
+        &mut self,
+        blend: &impl Blend,
+        wish: Option<levels::Wish<'_>>,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        let size = self.params.block.map(|n| n as i32);
+        self.blocks.cut(size, &self.placed, |_| Some(0));
+        let origin = self.origin(size);
+        let mut frame = Frame {
+            particles: self.placed.len(),
+            blocks: self.blocks.blocks.len(),
+            particle_bytes: self.placed.len() * size_of::<Placed>() + self.blocks.bytes(),
+            ..Frame::default()
         };
+        if let Some(wish) = wish {
+            sink.begin(origin.map(|n| f64::from(n) * self.params.spacing));
+            let frame = self.march_levels(blend, wish, origin, sink, frame)?;
+            sink.end()?;
+            return Ok(frame);
+        }
         let scene = Scene {
             blend,
             skin: &self.skin,
             iso: self.params.iso as f32,
             seeds: self.params.seeds,
-            shading,
+            shading: self.shading(),
             particles: &self.placed,
             origin,
             spacing: self.params.spacing,
@@ -245,7 +307,6 @@ impl<K: Skin> Engine<K> {
         self.works.resize_with(threads.max(self.works.len()), Mutex::default);
         self.pieces.resize_with(batch.max(self.pieces.len()), Piece::default);
         self.seams.begin();
-        let mut frame = Frame { particles: self.placed.len(), blocks: self.blocks.blocks.len(), ..Frame::default() };
         sink.begin(origin.map(|n| f64::from(n) * self.params.spacing));
         for first in (0..self.blocks.blocks.len()).step_by(batch) {
             let blocks = &self.blocks.blocks[first..self.blocks.blocks.len().min(first + batch)];
@@ -267,8 +328,8 @@ impl<K: Skin> Engine<K> {
                 frame.triangles += piece.triangles.len();
             }
         }
-        frame.particle_bytes = self.placed.len() * size_of::<Placed>() + self.blocks.bytes();
         frame.seam_bytes = self.seams.entries.len() * 8 + self.seams.starts.len() * 4;
+        frame.levels[0] = frame.blocks;
         sink.end()?;
         Ok(frame)
     }

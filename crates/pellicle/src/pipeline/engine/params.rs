@@ -109,6 +109,9 @@ impl Params {
     }
 }
 
+/// Number of levels that there can be: cells of 1 to 32 times the spacing.
+pub const MOST_LEVELS: usize = 6;
+
 /// What one frame amounted to: counts and bytes, no clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -117,6 +120,8 @@ pub struct Frame {
     pub particles: usize,
     /// Blocks that were marched.
     pub blocks: usize,
+    /// Of those, how many at each level of detail.
+    pub levels: [usize; MOST_LEVELS],
     /// Vertices of the surface.
     pub vertices: usize,
     /// Triangles of the surface.
@@ -127,6 +132,6 @@ pub struct Frame {
     pub counts: Counts,
     /// Bytes of the particles on the lattice and their distribution to blocks.
     pub particle_bytes: usize,
-    /// Bytes by which blocks find each other's vertices.
+    /// Bytes by which blocks find each other's vertices; with levels, the signs of all their nodes.
     pub seam_bytes: usize,
 }
