@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 
 use pellicle::{
-    Mesh,
+    Error, Mesh,
     mesh::Report,
     realtime::{Engine, MOST_LEVELS, Metaball, Params, Particles, Region},
     sink::{Buffers, Layout},
 };
-use pellicle_conformance::{in_pool, must};
+use pellicle_conformance::in_pool;
 use pellicle_scenes::{Balls, ISO, Play, Random, Show};
 
 /// How levels are wished for.
@@ -35,6 +35,11 @@ impl Wish {
     }
 }
 
+#[track_caller]
+fn made<T>(result: Result<T, Error>) -> T {
+    result.expect("good input")
+}
+
 fn params(spacing: f64, block: usize) -> Params {
     Params { iso: ISO.into(), block: [block; 3], ..Params::new(3.0, spacing) }
 }
@@ -46,7 +51,7 @@ fn particles(balls: &Balls) -> Particles<'_> {
 /// Meshes by one engine with a wish; the number of blocks at each level.
 fn mesh(engine: &mut Engine, balls: &Balls, wish: Wish) -> (Mesh, [usize; MOST_LEVELS]) {
     let mut mesh = Mesh::default();
-    let frame = must(engine.update_with_levels(particles(balls), |block| wish.level(block), &mut mesh));
+    let frame = made(engine.update_with_levels(particles(balls), |block| wish.level(block), &mut mesh));
     assert_eq!((frame.vertices, frame.triangles), (mesh.vertices.len(), mesh.triangles.len()));
     assert_eq!(frame.levels.iter().sum::<usize>(), frame.blocks);
     (mesh, frame.levels)
@@ -65,7 +70,7 @@ fn assert_closed(mesh: &Mesh, what: impl std::fmt::Debug) -> Report {
 
 /// Every `step`th frame of a show, under several wishes.
 fn play(show: Show, spacing: f64, step: usize) {
-    let mut engine = must(Engine::new(params(spacing, 8)));
+    let mut engine = made(Engine::new(params(spacing, 8)));
     let mut play = Play::new(show, 1);
     let mut mixed = 0;
     for frame in 0..pellicle_scenes::FRAMES {
@@ -127,7 +132,7 @@ fn every_field_is_closed_with_levels_mixed() {
         (Metaball::InverseSquare { radius: 0.3 }, 1.0),
         (Metaball::Sph, 0.6),
     ] {
-        let mut engine = must(Engine::new(Params { field, iso, ..params(0.4, 8) }));
+        let mut engine = made(Engine::new(Params { field, iso, ..params(0.4, 8) }));
         for seed in 0..4 {
             let (mesh, levels) = mesh(&mut engine, &balls, Wish::Random(seed));
             assert!(levels[0] > 0 && levels[1] > 0);
@@ -145,15 +150,15 @@ fn places(mesh: &Mesh) -> BTreeSet<[u32; 3]> {
 fn one_level_is_the_surface_without_levels() {
     for show in Show::ALL {
         let balls = middle(show);
-        let mut engine = must(Engine::new(params(0.5, 16)));
+        let mut engine = made(Engine::new(params(0.5, 16)));
         let mut plain = Mesh::default();
-        must(engine.update(particles(&balls), &mut plain));
+        made(engine.update(particles(&balls), &mut plain));
         let (finest, _) = mesh(&mut engine, &balls, Wish::All(0));
         assert_eq!(places(&finest), places(&plain), "{show:?}: the finest level");
         assert_eq!(finest.triangles.len(), plain.triangles.len());
         // Level 1 everywhere has the topology of twice the spacing; values differ in the last bits.
-        let mut twice = must(Engine::new(params(1.0, 8)));
-        must(twice.update(particles(&balls), &mut plain));
+        let mut twice = made(Engine::new(params(1.0, 8)));
+        made(twice.update(particles(&balls), &mut plain));
         let (coarse, levels) = mesh(&mut engine, &balls, Wish::All(1));
         assert_eq!(levels[1], levels.iter().sum());
         let (a, b) = (Report::of(&coarse), Report::of(&plain));
@@ -167,7 +172,7 @@ fn same_bytes_for_any_number_of_threads_and_any_history() {
     let balls = [middle(Show::Fountain), middle(Show::Monster)];
     let make = |threads: usize| {
         in_pool(threads, || {
-            let mut engine = must(Engine::new(params(0.5, 16)));
+            let mut engine = made(Engine::new(params(0.5, 16)));
             // The second frame is made by an engine that has made others before.
             [0, 1, 0].map(|i| mesh(&mut engine, &balls[i], Wish::From([0.0; 3], 3.0)).0)
         })
@@ -180,12 +185,12 @@ fn same_bytes_for_any_number_of_threads_and_any_history() {
 #[test]
 fn buffers_of_the_caller_hold_the_same_surface() {
     let balls = middle(Show::Blob);
-    let mut engine = must(Engine::new(params(0.4, 8)));
+    let mut engine = made(Engine::new(params(0.4, 8)));
     let (mesh, _) = mesh(&mut engine, &balls, Wish::Random(3));
     let layout = Layout { stride: 32, position: 4, normal: Some(16), data: None };
     let (mut vertices, mut indices) = (vec![7u8; 32 * mesh.vertices.len()], vec![0u32; 3 * mesh.triangles.len()]);
-    let mut buffers = must(Buffers::new(layout, &mut vertices, &mut indices));
-    must(engine.update_with_levels(particles(&balls), |block| Wish::Random(3).level(block), &mut buffers));
+    let mut buffers = made(Buffers::new(layout, &mut vertices, &mut indices));
+    made(engine.update_with_levels(particles(&balls), |block| Wish::Random(3).level(block), &mut buffers));
     for (bytes, (position, normal)) in vertices.chunks_exact(32).zip(mesh.vertices.iter().zip(&mesh.normals)) {
         let number = |at: usize| f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
         assert_eq!([4, 8, 12].map(number), *position);
@@ -194,7 +199,7 @@ fn buffers_of_the_caller_hold_the_same_surface() {
     }
     assert_eq!(indices, mesh.triangles.as_flattened());
     // One vertex too few: counted to the end, refused with the number.
-    let mut short = must(Buffers::new(layout, &mut vertices[..32 * (mesh.vertices.len() - 1)], &mut indices));
+    let mut short = made(Buffers::new(layout, &mut vertices[..32 * (mesh.vertices.len() - 1)], &mut indices));
     let error = engine.update_with_levels(particles(&balls), |block| Wish::Random(3).level(block), &mut short);
     assert!(error.is_err_and(|e| e.to_string().contains(&mesh.vertices.len().to_string())));
     assert_eq!(short.vertices_needed(), mesh.vertices.len());
@@ -208,11 +213,11 @@ fn random_particles_with_reaches_of_their_own_are_closed() {
         let n = 40 + 100 * round;
         let positions: Vec<[f32; 3]> = (0..n).map(|_| [0; 3].map(|_| number(-9.0, 9.0) as f32)).collect();
         let reaches: Vec<f32> = (0..n).map(|_| number(0.4, 3.0) as f32).collect();
-        let mut engine = must(Engine::new(params(0.35, 8)));
+        let mut engine = made(Engine::new(params(0.35, 8)));
         for seed in 0..3 {
             let mut mesh = Mesh::default();
             let given = Particles { reaches: Some(&reaches), ..Particles::from(&positions) };
-            must(engine.update_with_levels(given, |block| Wish::Random(seed).level(block), &mut mesh));
+            made(engine.update_with_levels(given, |block| Wish::Random(seed).level(block), &mut mesh));
             assert_closed(&mesh, (round, seed));
         }
     }
