@@ -273,10 +273,9 @@ impl Columns {
             let who = f32::from_bits(span.particle);
             let row = usize::from(span.row) * width;
             let columns = row + usize::from(span.first)..=row + usize::from(span.last);
-            let mut cell = i32::from(span.first) + extent.first[0] - p.node[0];
-            for cursor in &mut self.cursor[columns] {
+            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
+            for (cell, cursor) in (cell..).zip(&mut self.cursor[columns]) {
                 let dx = cell as f32 - p.offset[0];
-                cell += 1;
                 let at = *cursor as usize;
                 *cursor += 1;
                 self.flat[at] = 1.0 - (dx * dx + dy * dy) * per_reach_sq;

@@ -275,7 +275,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
             }
             for slice in [z, z + 1] {
                 let needed = |slab: usize| slab < slabs && (slab >= unseen || !self.work.todo[slab].is_empty());
-                if !needed(slice) && !(slice > 0 && needed(slice - 1)) {
+                if !(needed(slice) || slice > 0 && needed(slice - 1)) {
                     self.work.pool.release(slice);
                 }
             }
