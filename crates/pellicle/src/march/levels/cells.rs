@@ -1,6 +1,6 @@
 //! Triangles of a block: those of its cells, then those of the transition cells on its faces to finer blocks.
 //!
-//! Source: see [`super`].
+//! Source: this project; transition cells are Lengyel 2010, see [`super`].
 
 use super::rows::{Rows, case};
 use crate::{

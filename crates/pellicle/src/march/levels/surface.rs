@@ -1,6 +1,6 @@
 //! The passes over all blocks: sample, number, count, sum, emit.
 //!
-//! Source: see [`super`].
+//! Source: this project; transition cells are Lengyel 2010, see [`super`].
 
 use std::{
     ops::Range,

@@ -1,6 +1,6 @@
 //! Vertices of a block: where its owned edges are crossed, moved aside where transition cells need room.
 //!
-//! Source: see [`super`].
+//! Source: this project; transition cells are Lengyel 2010, see [`super`].
 
 use super::{Grid, NodeSet, Samples, Source, around::side, rows::View};
 use crate::{
