@@ -26,7 +26,7 @@ struct Face {
 
 impl Face {
     fn new(rows: &Rows, coarse: usize, face: usize) -> Option<Self> {
-        let (axis, below) = (face / 2, face % 2 == 0);
+        let (axis, below) = (face / 2, face & 1 == 0);
         let mut d = [0; 3];
         d[axis] = if below { -1 } else { 1 };
         let fine = rows.levels.neighbour(coarse, offset_index(d))?;

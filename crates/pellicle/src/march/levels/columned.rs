@@ -104,7 +104,7 @@ impl<B: Blend, K: Skin> Kernel for Values<'_, B, K> {
         }
         for k in 0..=self.grid.n {
             for j in 0..=self.grid.n {
-                let wanted = if bounds.is_some() { self.scratch.boxes.nodes(j * stride, k * stride) } else { u64::MAX };
+                let wanted = if bounds.is_some() { self.suspects(j * stride, k * stride) } else { u64::MAX };
                 self.row(s, j, k, wanted);
             }
         }
@@ -113,6 +113,13 @@ impl<B: Blend, K: Skin> Kernel for Values<'_, B, K> {
 }
 
 impl<B: Blend, K: Skin> Values<'_, B, K> {
+    /// The nodes of a row of the finest lattice that touch a suspect box, below or above.
+    #[inline(always)]
+    fn suspects(&self, y: usize, z: usize) -> u64 {
+        let slabs = z.saturating_sub(1)..(z + 1).min(self.grid.n * self.grid.stride as usize);
+        slabs.fold(0, |row, slab| row | self.scratch.boxes.nodes(y, slab))
+    }
+
     /// One row, of which the nodes in `wanted`, bits of the finest lattice, are looked up.
     #[inline(always)]
     fn row<S: Simd>(&mut self, s: S, j: usize, k: usize, wanted: u64) {
