@@ -24,7 +24,7 @@
 //! lists, and a comparison of u in place of two comparisons of integers, are this project's.
 
 use crate::{
-    lattice::Coord,
+    lattice::{Coord, ceil_f32, floor_f32},
     math::simd::{LANES, Simd},
 };
 
@@ -43,6 +43,14 @@ pub(crate) struct Placed {
     pub(crate) index: u32,
 }
 
+impl Placed {
+    /// Whether two are the same particle at the same place, bit for bit.
+    pub(crate) fn same_bits(&self, other: &Self) -> bool {
+        let bits = |p: &Self| (p.node, p.offset.map(f32::to_bits), p.reach.to_bits(), p.strength.to_bits(), p.index);
+        bits(self) == bits(other)
+    }
+}
+
 /// The nodes that a block asks about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Extent {
@@ -52,12 +60,14 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The nodes along one axis that `particle` may reach, as positions in the extent; the range may be empty.
-    fn reached(&self, particle: &Placed, axis: usize) -> (i32, i32) {
+    /// The nodes along one axis within `reach` of `particle`, as positions in the extent of which every 2^`step`-th is
+    /// meant; the range may be empty.
+    #[inline(always)]
+    fn reached(&self, particle: &Placed, axis: usize, reach: f32, step: u32) -> (i32, i32) {
         let centre = particle.node[axis] - self.first[axis];
-        let low = centre + (particle.offset[axis] - particle.reach).ceil() as i32;
-        let high = centre + (particle.offset[axis] + particle.reach).floor() as i32;
-        (low.max(0), high.min(self.nodes[axis] as i32 - 1))
+        let low = centre + ceil_f32(particle.offset[axis] - reach);
+        let high = centre + floor_f32(particle.offset[axis] + reach);
+        ((low + (1 << step) - 1) >> step, high >> step)
     }
 }
 
@@ -74,6 +84,8 @@ pub(crate) enum Border {
 #[derive(Default)]
 pub(crate) struct Columns {
     extent: Option<Extent>,
+    /// Columns are 2^step nodes apart.
+    step: u32,
     start: Vec<u32>,
     cursor: Vec<u32>,
     flat: Vec<f32>,
@@ -92,6 +104,38 @@ pub(crate) struct Columns {
     /// Most cells between a node and the nearest node of a particle that reaches it.
     reach: i32,
     longest: usize,
+}
+
+/// How much room the largest block so far needed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Room {
+    columns: usize,
+    entries: usize,
+    extra: usize,
+    particles: usize,
+    spans: usize,
+    bins: usize,
+    pub(crate) longest: usize,
+}
+
+impl Room {
+    /// Room for both.
+    pub(crate) fn join(&self, other: &Self) -> Self {
+        Self {
+            columns: self.columns.max(other.columns),
+            entries: self.entries.max(other.entries),
+            extra: self.extra.max(other.extra),
+            particles: self.particles.max(other.particles),
+            spans: self.spans.max(other.spans),
+            bins: self.bins.max(other.bins),
+            longest: self.longest.max(other.longest),
+        }
+    }
+}
+
+/// Sees to it that a vector can hold so many values without allocating.
+pub(crate) fn provide<T>(v: &mut Vec<T>, len: usize) {
+    v.reserve(len.saturating_sub(v.len()));
 }
 
 /// The columns of one row that one particle reaches.
@@ -126,6 +170,13 @@ pub(crate) struct Near {
 }
 
 impl Near {
+    /// Makes room for so many entries of a column.
+    pub(crate) fn provide(&mut self, longest: usize) {
+        for v in [&mut self.u, &mut self.strength, &mut self.who] {
+            v.resize(v.len().max(longest), 0.0);
+        }
+    }
+
     /// Number of particles.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
@@ -161,7 +212,21 @@ impl Near {
 impl Columns {
     /// Enters the particles into the columns of `extent`. `varied` says whether reaches or strengths differ.
     pub(crate) fn build(&mut self, extent: Extent, border: Border, particles: &[Placed], of: &[u32], varied: bool) {
-        self.extent = Some(extent);
+        self.build_every(0, extent, border, particles, of, varied);
+    }
+
+    /// As [`build`](Self::build), where nodes are 2^`step` lattice nodes apart, those of `extent` too; a look-up still names
+    /// its height in lattice nodes. A node has the value that it has with any other step.
+    pub(crate) fn build_every(
+        &mut self,
+        step: u32,
+        extent: Extent,
+        border: Border,
+        particles: &[Placed],
+        of: &[u32],
+        varied: bool,
+    ) {
+        (self.extent, self.step) = (Some(extent), step);
         self.sort(extent, particles, of);
         self.find_spans(extent, border);
         self.enter(extent, varied);
@@ -178,6 +243,35 @@ impl Columns {
         self.start.last().map_or(0, |&end| end as usize)
     }
 
+    /// The room that the present block needs.
+    pub(crate) fn room(&self) -> Room {
+        Room {
+            columns: self.start.len() + 1,
+            entries: self.entries() + LANES,
+            extra: if self.strength.is_empty() { 0 } else { self.entries() + LANES },
+            particles: self.particles.len(),
+            spans: self.spans.len(),
+            bins: self.bins.len(),
+            longest: self.longest + 2 * LANES,
+        }
+    }
+
+    /// Makes room, so that blocks as large need no allocation.
+    pub(crate) fn provide(&mut self, room: &Room) {
+        for v in [&mut self.start, &mut self.cursor] {
+            provide(v, room.columns);
+        }
+        for v in [&mut self.flat, &mut self.level, &mut self.above, &mut self.who] {
+            provide(v, room.entries);
+        }
+        for v in [&mut self.per_reach_sq, &mut self.strength] {
+            provide(v, room.extra);
+        }
+        provide(&mut self.particles, room.particles);
+        provide(&mut self.spans, room.spans);
+        provide(&mut self.bins, room.bins);
+    }
+
     /// Bytes in use, for the present block.
     pub(crate) fn bytes(&self) -> usize {
         let entry = 16 + if self.strength.is_empty() { 0 } else { 8 };
@@ -192,7 +286,7 @@ impl Columns {
         let reach = of.iter().fold(0.0f32, |most, &i| most.max(particles[i as usize].reach));
         self.same_per_reach_sq = 1.0 / (reach * reach);
         self.reach = (reach + 0.5).ceil() as i32;
-        let bins = extent.nodes[2] + 2 * self.reach as usize;
+        let bins = ((extent.nodes[2] - 1) << self.step) + 1 + 2 * self.reach as usize;
         let bin = |p: &Placed| ((p.node[2] - extent.first[2] + self.reach).max(0) as usize).min(bins - 1);
         self.bins.clear();
         self.bins.resize(bins + 1, 0);
@@ -224,14 +318,13 @@ impl Columns {
         self.start.resize(width * extent.nodes[1] + 2, 0);
         self.spans.clear();
         for (i, particle) in self.particles.iter().enumerate() {
-            let (low, high) = extent.reached(particle, 1);
+            let (low, high) = extent.reached(particle, 1, particle.reach, self.step);
             let reach_sq = particle.reach * particle.reach;
             for row in low.max(inset)..=high.min(edge[1]) {
-                let dy = (row + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
+                let dy = ((row << self.step) + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
                 let half = (reach_sq - dy * dy).max(0.0).sqrt();
-                let centre = particle.node[0] - extent.first[0];
-                let first = (centre + (particle.offset[0] - half).ceil() as i32).max(inset);
-                let last = (centre + (particle.offset[0] + half).floor() as i32).min(edge[0]);
+                let (first, last) = extent.reached(particle, 0, half, self.step);
+                let (first, last) = (first.max(inset), last.min(edge[0]));
                 if first > last {
                     continue;
                 }
@@ -268,14 +361,15 @@ impl Columns {
         for span in &self.spans {
             let p = &self.particles[span.particle as usize];
             let per_reach_sq = 1.0 / (p.reach * p.reach);
-            let dy = (i32::from(span.row) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
+            let dy = ((i32::from(span.row) << self.step) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
             let level = (p.node[2] - extent.first[2]) as f32;
             let who = f32::from_bits(span.particle);
             let row = usize::from(span.row) * width;
             let columns = row + usize::from(span.first)..=row + usize::from(span.last);
-            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
-            for (cell, cursor) in (cell..).zip(&mut self.cursor[columns]) {
+            let mut cell = (i32::from(span.first) << self.step) + extent.first[0] - p.node[0];
+            for cursor in &mut self.cursor[columns] {
                 let dx = cell as f32 - p.offset[0];
+                cell += 1 << self.step;
                 let at = *cursor as usize;
                 *cursor += 1;
                 self.flat[at] = 1.0 - (dx * dx + dy * dy) * per_reach_sq;
@@ -294,12 +388,50 @@ impl Columns {
         self.longest = self.start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
     }
 
+    /// Sums of the least and the most that the particles of a column can bring at its nodes `low..=high`, by a function
+    /// that never grows with the distance: bounds on the field there, but for rounding.
+    #[inline(always)]
+    pub(crate) fn bound<S: Simd>(
+        &self,
+        s: S,
+        column: usize,
+        [low, high]: [i32; 2],
+        varied: bool,
+        value: impl Fn(S::F) -> S::F,
+    ) -> [f32; 2] {
+        // More than the rounding of u, which is at most 1.
+        const SLACK: f32 = 2e-6;
+        let end = self.start[column + 1] as usize;
+        let (lowest, highest) = ((low - self.reach) as f32, (high + self.reach) as f32);
+        let mut at = (self.cursor[column].max(self.start[column]) as usize).min(end);
+        while at < end && self.level[at] < lowest {
+            at += 1;
+        }
+        let (middle, half) = (s.splat((low + high) as f32 * 0.5), s.splat((high - low) as f32 * 0.5));
+        let (zero, one, slack) = (s.splat(0.0), s.splat(1.0), s.splat(SLACK));
+        let mut sums = [zero; 2];
+        while at < end && self.level[at] <= highest {
+            let d = s.sub(s.sub(middle, s.load(&self.level[at..])), s.load(&self.above[at..]));
+            let d = s.max(d, s.sub(zero, d));
+            let (near, far) = (s.max(s.sub(d, half), zero), s.add(d, half));
+            let per_reach_sq = if varied { s.load(&self.per_reach_sq[at..]) } else { s.splat(self.same_per_reach_sq) };
+            let flat = s.load(&self.flat[at..]);
+            let most = s.min(s.add(s.sub(flat, s.mul(s.mul(near, near), per_reach_sq)), slack), one);
+            let least = s.sub(s.sub(flat, s.mul(s.mul(far, far), per_reach_sq)), slack);
+            let valid = ((1u32 << (end - at).min(LANES)) - 1) as u16;
+            for (sum, u) in sums.iter_mut().zip([least, most]) {
+                let brought = value(s.select(valid, s.max(u, zero), zero));
+                let brought = if varied { s.mul(s.load(&self.strength[at..]), brought) } else { brought };
+                *sum = s.add(*sum, brought);
+            }
+            at += LANES;
+        }
+        sums.map(|sum| s.sum(sum))
+    }
+
     /// Prepares `near` for look-ups in these columns, so that a look-up itself never allocates.
     pub(crate) fn prepare(&self, near: &mut Near) {
-        let len = self.longest + 2 * LANES;
-        for v in [&mut near.u, &mut near.strength, &mut near.who] {
-            v.resize(v.len().max(len), 0.0);
-        }
+        near.provide(self.longest + 2 * LANES);
     }
 
     /// Finds the particles that reach node `z` of `column`.

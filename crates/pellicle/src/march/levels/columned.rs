@@ -12,7 +12,7 @@ use crate::{
         blocks::Blocks,
         boxes::{BOX, Boxes},
     },
-    lookup::columns::{Border, Columns, Extent, Near, Want},
+    lookup::columns::{Border, Columns, Extent, Near, Room, Want},
     march::slices::{Blend, Counts, Neighbours, Scene, Skin},
     math::{
         bits::ones,
@@ -27,7 +27,30 @@ pub(crate) struct Scratch {
     near: Near,
     boxes: Boxes,
     slopes: Vec<f32>,
+    room: Room,
     pub(crate) counts: Counts,
+}
+
+impl Scratch {
+    /// The most that any block needed here.
+    pub(crate) fn room(&self) -> Room {
+        self.room
+    }
+
+    /// Makes room, so that whichever thread gets the largest block of `side` cells allocates nothing.
+    pub(crate) fn provide(&mut self, room: &Room, side: usize) {
+        self.room = *room;
+        self.columns.provide(room);
+        self.near.provide(room.longest);
+        self.boxes.provide([side; 3]);
+        self.slopes.resize(room.longest.max(self.slopes.len()), 0.0);
+    }
+
+    fn tally(&mut self) {
+        self.room = self.room.join(&self.columns.room());
+        self.counts.contributions += self.near.kept;
+        self.counts.looked_at += self.near.seen;
+    }
 }
 
 /// A field of particles that are given block by block.
@@ -57,8 +80,8 @@ impl<B: Blend, K: Skin> Source for Columned<'_, B, K> {
     }
 }
 
-/// The nodes of the finest lattice among those of a block.
-fn extent(grid: Grid) -> Extent {
+/// The nodes of a block on the finest lattice: what boxes are made of.
+fn finest(grid: Grid) -> Extent {
     Extent { first: grid.first, nodes: [grid.n * grid.stride as usize + 1; 3] }
 }
 
@@ -67,18 +90,13 @@ impl<B: Blend, K: Skin> Columned<'_, B, K> {
     fn enter(&self, scratch: &mut Scratch, block: usize, grid: Grid) {
         let Scratch { columns, near, counts, .. } = scratch;
         let members = self.blocks.members(&self.blocks.blocks[block]);
-        columns.build(extent(grid), Border::Open, self.scene.particles, members, B::WANT.varied);
+        let extent = Extent { first: grid.first, nodes: [grid.n + 1; 3] };
+        let step = grid.stride.trailing_zeros();
+        columns.build_every(step, extent, Border::Open, self.scene.particles, members, B::WANT.varied);
         columns.prepare(near);
         counts.entries += columns.entries() as u64;
         counts.cache_bytes = counts.cache_bytes.max(columns.bytes() as u64);
         (near.seen, near.kept) = (0, 0);
-    }
-}
-
-impl Scratch {
-    fn tally(&mut self) {
-        self.counts.contributions += self.near.kept;
-        self.counts.looked_at += self.near.seen;
     }
 }
 
@@ -100,7 +118,7 @@ impl<B: Blend, K: Skin> Kernel for Values<'_, B, K> {
         let bounds = self.scene.blend.falloff().filter(|_| stride <= BOX);
         if let Some(falloff) = bounds {
             let Scratch { boxes, columns, .. } = &mut *self.scratch;
-            boxes.find(s, falloff, self.scene.iso, extent(self.grid), columns.particles());
+            boxes.find(s, falloff, self.scene.iso, finest(self.grid), columns.particles());
         }
         for k in 0..=self.grid.n {
             for j in 0..=self.grid.n {
@@ -151,8 +169,7 @@ impl<B: Blend, K: Skin> Values<'_, B, K> {
     fn value<S: Simd>(&mut self, s: S, [i, j, k]: [usize; 3]) -> f32 {
         let stride = self.grid.stride as usize;
         let Scratch { columns, near, counts, .. } = &mut *self.scratch;
-        let width = self.grid.n * stride + 1;
-        columns.find(s, stride * (i + width * j), (stride * k) as i32, B::WANT, near);
+        columns.find(s, i + (self.grid.n + 1) * j, (stride * k) as i32, B::WANT, near);
         counts.corners += 1;
         self.scene.blend.value(s, near, columns.particles())
     }
@@ -174,13 +191,12 @@ impl<B: Blend, K: Skin> Kernel for Shade<'_, B, K> {
     fn run<S: Simd>(self, s: S) {
         let Self { scene, grid, scratch, nodes, to } = self;
         let (stride, pitch) = (grid.stride as usize, grid.n + 1);
-        let width = grid.n * stride + 1;
         let want = Want { who: true, ..B::WANT };
         for (row, &set) in nodes.iter().enumerate() {
             let (j, k) = (row % pitch, row / pitch);
             for i in ones(set) {
                 let Scratch { columns, near, slopes, counts, .. } = &mut *scratch;
-                columns.find(s, stride * (i + width * j), (stride * k) as i32, want, near);
+                columns.find(s, i + pitch * j, (stride * k) as i32, want, near);
                 let (at, node, particles) = (grid.place([i, j, k]), grid.node([i, j, k]), columns.particles());
                 to.values[at] = scene.blend.value(s, near, particles);
                 scene.blend.slopes(s, near, particles, slopes);

@@ -33,6 +33,17 @@ impl<S: Default, C> Default for Work<S, C> {
     }
 }
 
+impl<S, C: Copy + Default> Work<S, C> {
+    /// Makes room for a block of `side` cells.
+    pub(crate) fn provide(&mut self, side: usize) {
+        let nodes = (side + 1).pow(3);
+        grow(&mut self.samples.values, nodes);
+        grow(&mut self.samples.outward, nodes);
+        grow(&mut self.samples.corners, nodes);
+        self.nodes.reserve((side + 1).pow(2).saturating_sub(self.nodes.len()));
+    }
+}
+
 /// One for each thread.
 pub(crate) type Pool<S, C> = Vec<Mutex<Work<S, C>>>;
 

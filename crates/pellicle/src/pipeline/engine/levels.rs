@@ -3,14 +3,17 @@
 //! Vertices of a block may be those of blocks that come later, so all vertices go to the sink before all triangles; both in
 //! the order of blocks.
 
-use super::{Blend, Engine, Frame, MOST_LEVELS, Part, Scene, Sink, Skin};
+use super::{
+    Blend, Engine, Frame, MOST_LEVELS, Metaball, Part, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
+};
 use crate::{
     Error,
     bricks::levels::ABSENT,
     lattice::Coord,
+    lookup::columns::Room,
     march::{
         levels::{Columned, Place, Pool, Scratch, Surface, Vertices, fit_pool},
-        slices::Seeds,
+        slices::{Lap, Seeds},
     },
 };
 
@@ -79,17 +82,65 @@ impl<K: Skin> Engine<K> {
         size.min(MOST_LEVELS as u32 - 1) as u8
     }
 
-    /// Lists the blocks with their levels.
-    fn choose(&mut self, wish: Wish<'_>) -> Result<(), Error> {
-        let [side, ..] = self.params.block;
-        if self.params.block != [side; 3] {
-            let value = self.params.block[1] as f64;
-            return Err(Error::Parameter { name: "block", value, must: "the same along each axis, with levels" });
+    /// As [`update`](Self::update), with a cell size for each block: `wish` is asked for the level of every block that
+    /// particles reach. At level 0 cells have the edge [`Params::spacing`](super::Params::spacing), at each further level
+    /// twice that, up to [`coarsest_level`](Self::coarsest_level). Levels of blocks that touch, if only in a corner, are
+    /// made to differ by one at most, by refining what is too coarse. The surface is closed, across levels, too.
+    ///
+    /// ```
+    /// use pellicle::{Mesh, realtime::{Engine, Params}};
+    ///
+    /// let mut engine = Engine::new(Params { block: [16; 3], ..Params::new(3.0, 0.25) })?;
+    /// let particles: Vec<[f32; 3]> = (0..40).map(|i| [i as f32 * 0.5, 0.0, 0.0]).collect();
+    /// let mut mesh = Mesh::default();
+    /// let eye = [0.0; 3];
+    /// let frame = engine.update_with_levels(&particles, |block| block.level_by_distance(eye, 3.0), &mut mesh)?;
+    /// assert!(frame.levels[0] > 0 && frame.levels[1] > 0);
+    /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`update`](Self::update); [`Error::Parameter`] for blocks that are not cubes, seeds from particles, a view and
+    /// reuse, which do not go with levels.
+    pub fn update_with_levels<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        mut wish: impl FnMut(&Region) -> u8,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        self.check_levels()?;
+        let particles = particles.into();
+        self.prepare(&particles, &mut |_| true)?;
+        let varied = particles.reaches.is_some() || particles.strengths.is_some();
+        if self.params.field == Metaball::Triquet && !varied {
+            return self.march_levels(&Radial::<_, false>(Triquet), &mut wish, sink);
+        }
+        self.march_levels(&Radial::<_, true>(self.falloff()), &mut wish, sink)
+    }
+
+    /// What does not go with levels.
+    fn check_levels(&self) -> Result<(), Error> {
+        let refuse = |name, value: f64, must| Err(Error::Parameter { name, value, must });
+        let [side, other, last] = self.params.block;
+        if side != other || side != last {
+            return refuse("block", if side == other { last } else { other } as f64, "a cube, with levels");
         }
         if self.params.seeds != Seeds::Complete {
-            let must = "Seeds::Complete, with levels";
-            return Err(Error::Parameter { name: "seeds", value: f64::NAN, must });
+            return refuse("seeds", f64::NAN, "Seeds::Complete, with levels");
         }
+        if self.params.reuse != Reuse::Off {
+            return refuse("reuse", f64::NAN, "Reuse::Off, with levels");
+        }
+        if self.view.is_some() {
+            return refuse("view", f64::NAN, "none, with levels: blocks have one order");
+        }
+        Ok(())
+    }
+
+    /// Lists the blocks with their levels.
+    fn choose(&mut self, wish: Wish<'_>) {
+        let side = self.params.block[0];
         let (coarsest, spacing) = (self.coarsest_level(), self.params.spacing);
         let place = |at: Coord| at.map(|v| f64::from(v) * side as f64 * spacing);
         let rows = &mut self.detail.surface.rows;
@@ -102,20 +153,19 @@ impl<K: Skin> Engine<K> {
             }),
             coarsest,
         );
-        Ok(())
     }
 
-    /// The surface of the blocks in `scene`, each at its level.
-    pub(super) fn march_levels(
+    /// The surface of the blocks, each at its level.
+    fn march_levels(
         &mut self,
         blend: &impl Blend,
         wish: Wish<'_>,
-        origin: Coord,
         sink: &mut impl Sink<K::Vertex>,
-        mut frame: Frame,
     ) -> Result<Frame, Error> {
-        self.choose(wish)?;
-        let shading = self.shading();
+        let mut lap = Lap::new(self.clock);
+        self.choose(wish);
+        let side = self.params.block[0];
+        let (shading, origin) = (self.shading(), self.origin([side as i32; 3]));
         let scene = Scene {
             blend,
             skin: &self.skin,
@@ -125,7 +175,17 @@ impl<K: Skin> Engine<K> {
             particles: &self.placed,
             origin,
             spacing: self.params.spacing,
+            axes: None,
+            clock: None,
         };
+        let mut frame = Frame {
+            particles: self.placed.len(),
+            blocks: self.blocks.blocks.len(),
+            particle_bytes: self.placed.len() * size_of::<Placed>() + self.blocks.bytes(),
+            times: self.times,
+            ..Frame::default()
+        };
+        sink.begin(origin.map(|n| f64::from(n) * scene.spacing));
         let Detail { surface, pool, positions, normals, data, triangles } = &mut self.detail;
         fit_pool(pool);
         let source = Columned { unit: self.unit, scene: &scene, blocks: &self.blocks };
@@ -168,11 +228,16 @@ impl<K: Skin> Engine<K> {
         for level in &surface.rows.levels.level {
             frame.levels[usize::from(*level)] += 1;
         }
-        for work in pool {
-            let work = work.get_mut().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let works = || pool.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
+        let room = works().fold(Room::default(), |room, work| room.join(&work.scratch.room()));
+        for mut work in works() {
             frame.counts.add(&std::mem::take(&mut work.scratch.counts));
+            work.provide(side);
+            work.scratch.provide(&room, side);
         }
         frame.seam_bytes = surface.bytes();
+        sink.end()?;
+        frame.times.surface = lap.next();
         Ok(frame)
     }
 }
