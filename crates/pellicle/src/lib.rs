@@ -30,6 +30,9 @@
 //!
 //! The library prints nothing, reads no clock and starts no threads of its own: it runs in the current rayon pool.
 
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
 pub mod mesh;
 pub mod particles;
 pub mod sink;
@@ -59,8 +62,11 @@ pub use error::Error;
 pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
-pub use params::{Band, Lanes, Params};
-pub use particles::{Attribute, Positions, infer_radius};
+pub use params::{
+    AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
+    SolenthalerParams, ZhuBridsonParams,
+};
+pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{
     Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Weighed, contour, reconstruct,
 };

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod convert;
 pub mod demo;
+pub mod fields;
 pub mod formats;
 pub mod info;
 pub mod manual;

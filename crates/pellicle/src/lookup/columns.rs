@@ -60,14 +60,12 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The nodes along one axis within `reach` of `particle`, as positions in the extent of which every 2^`step`-th is
-    /// meant; the range may be empty.
-    #[inline(always)]
-    fn reached(&self, particle: &Placed, axis: usize, reach: f32, step: u32) -> (i32, i32) {
+    /// The nodes along one axis that `particle` may reach, as positions in the extent; the range may be empty.
+    fn reached(&self, particle: &Placed, axis: usize) -> (i32, i32) {
         let centre = particle.node[axis] - self.first[axis];
-        let low = centre + ceil_f32(particle.offset[axis] - reach);
-        let high = centre + floor_f32(particle.offset[axis] + reach);
-        ((low + (1 << step) - 1) >> step, high >> step)
+        let low = centre + ceil_f32(particle.offset[axis] - particle.reach);
+        let high = centre + floor_f32(particle.offset[axis] + particle.reach);
+        (low.max(0), high.min(self.nodes[axis] as i32 - 1))
     }
 }
 
@@ -84,8 +82,6 @@ pub(crate) enum Border {
 #[derive(Default)]
 pub(crate) struct Columns {
     extent: Option<Extent>,
-    /// Columns are 2^step nodes apart.
-    step: u32,
     start: Vec<u32>,
     cursor: Vec<u32>,
     flat: Vec<f32>,
@@ -212,21 +208,7 @@ impl Near {
 impl Columns {
     /// Enters the particles into the columns of `extent`. `varied` says whether reaches or strengths differ.
     pub(crate) fn build(&mut self, extent: Extent, border: Border, particles: &[Placed], of: &[u32], varied: bool) {
-        self.build_every(0, extent, border, particles, of, varied);
-    }
-
-    /// As [`build`](Self::build), where nodes are 2^`step` lattice nodes apart, those of `extent` too; a look-up still names
-    /// its height in lattice nodes. A node has the value that it has with any other step.
-    pub(crate) fn build_every(
-        &mut self,
-        step: u32,
-        extent: Extent,
-        border: Border,
-        particles: &[Placed],
-        of: &[u32],
-        varied: bool,
-    ) {
-        (self.extent, self.step) = (Some(extent), step);
+        self.extent = Some(extent);
         self.sort(extent, particles, of);
         self.find_spans(extent, border);
         self.enter(extent, varied);
@@ -286,7 +268,7 @@ impl Columns {
         let reach = of.iter().fold(0.0f32, |most, &i| most.max(particles[i as usize].reach));
         self.same_per_reach_sq = 1.0 / (reach * reach);
         self.reach = (reach + 0.5).ceil() as i32;
-        let bins = ((extent.nodes[2] - 1) << self.step) + 1 + 2 * self.reach as usize;
+        let bins = extent.nodes[2] + 2 * self.reach as usize;
         let bin = |p: &Placed| ((p.node[2] - extent.first[2] + self.reach).max(0) as usize).min(bins - 1);
         self.bins.clear();
         self.bins.resize(bins + 1, 0);
@@ -318,13 +300,14 @@ impl Columns {
         self.start.resize(width * extent.nodes[1] + 2, 0);
         self.spans.clear();
         for (i, particle) in self.particles.iter().enumerate() {
-            let (low, high) = extent.reached(particle, 1, particle.reach, self.step);
+            let (low, high) = extent.reached(particle, 1);
             let reach_sq = particle.reach * particle.reach;
             for row in low.max(inset)..=high.min(edge[1]) {
-                let dy = ((row << self.step) + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
+                let dy = (row + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
                 let half = (reach_sq - dy * dy).max(0.0).sqrt();
-                let (first, last) = extent.reached(particle, 0, half, self.step);
-                let (first, last) = (first.max(inset), last.min(edge[0]));
+                let centre = particle.node[0] - extent.first[0];
+                let first = (centre + ceil_f32(particle.offset[0] - half)).max(inset);
+                let last = (centre + floor_f32(particle.offset[0] + half)).min(edge[0]);
                 if first > last {
                     continue;
                 }
@@ -361,15 +344,14 @@ impl Columns {
         for span in &self.spans {
             let p = &self.particles[span.particle as usize];
             let per_reach_sq = 1.0 / (p.reach * p.reach);
-            let dy = ((i32::from(span.row) << self.step) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
+            let dy = (i32::from(span.row) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
             let level = (p.node[2] - extent.first[2]) as f32;
             let who = f32::from_bits(span.particle);
             let row = usize::from(span.row) * width;
             let columns = row + usize::from(span.first)..=row + usize::from(span.last);
-            let mut cell = (i32::from(span.first) << self.step) + extent.first[0] - p.node[0];
-            for cursor in &mut self.cursor[columns] {
+            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
+            for (cell, cursor) in (cell..).zip(&mut self.cursor[columns]) {
                 let dx = cell as f32 - p.offset[0];
-                cell += 1 << self.step;
                 let at = *cursor as usize;
                 *cursor += 1;
                 self.flat[at] = 1.0 - (dx * dx + dy * dy) * per_reach_sq;

@@ -80,7 +80,7 @@ impl<B: Blend, K: Skin> Source for Columned<'_, B, K> {
     }
 }
 
-/// The nodes of a block on the finest lattice: what boxes are made of.
+/// The nodes of a block on the finest lattice: columns and boxes are made of all of them, at every level.
 fn finest(grid: Grid) -> Extent {
     Extent { first: grid.first, nodes: [grid.n * grid.stride as usize + 1; 3] }
 }
@@ -90,9 +90,7 @@ impl<B: Blend, K: Skin> Columned<'_, B, K> {
     fn enter(&self, scratch: &mut Scratch, block: usize, grid: Grid) {
         let Scratch { columns, near, counts, .. } = scratch;
         let members = self.blocks.members(&self.blocks.blocks[block]);
-        let extent = Extent { first: grid.first, nodes: [grid.n + 1; 3] };
-        let step = grid.stride.trailing_zeros();
-        columns.build_every(step, extent, Border::Open, self.scene.particles, members, B::WANT.varied);
+        columns.build(finest(grid), Border::Open, self.scene.particles, members, B::WANT.varied);
         columns.prepare(near);
         counts.entries += columns.entries() as u64;
         counts.cache_bytes = counts.cache_bytes.max(columns.bytes() as u64);
@@ -169,7 +167,8 @@ impl<B: Blend, K: Skin> Values<'_, B, K> {
     fn value<S: Simd>(&mut self, s: S, [i, j, k]: [usize; 3]) -> f32 {
         let stride = self.grid.stride as usize;
         let Scratch { columns, near, counts, .. } = &mut *self.scratch;
-        columns.find(s, i + (self.grid.n + 1) * j, (stride * k) as i32, B::WANT, near);
+        let width = self.grid.n * stride + 1;
+        columns.find(s, stride * (i + width * j), (stride * k) as i32, B::WANT, near);
         counts.corners += 1;
         self.scene.blend.value(s, near, columns.particles())
     }
@@ -191,12 +190,13 @@ impl<B: Blend, K: Skin> Kernel for Shade<'_, B, K> {
     fn run<S: Simd>(self, s: S) {
         let Self { scene, grid, scratch, nodes, to } = self;
         let (stride, pitch) = (grid.stride as usize, grid.n + 1);
+        let width = grid.n * stride + 1;
         let want = Want { who: true, ..B::WANT };
         for (row, &set) in nodes.iter().enumerate() {
             let (j, k) = (row % pitch, row / pitch);
             for i in ones(set) {
                 let Scratch { columns, near, slopes, counts, .. } = &mut *scratch;
-                columns.find(s, i + pitch * j, (stride * k) as i32, want, near);
+                columns.find(s, stride * (i + width * j), (stride * k) as i32, want, near);
                 let (at, node, particles) = (grid.place([i, j, k]), grid.node([i, j, k]), columns.particles());
                 to.values[at] = scene.blend.value(s, near, particles);
                 scene.blend.slopes(s, near, particles, slopes);
