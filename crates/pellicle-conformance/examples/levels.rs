@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     (0..60).for_each(|_| play.step());
     let positions = &play.balls().positions;
     let middle = positions.iter().map(|p| f64::from(p[0])).sum::<f64>() / positions.len() as f64;
-    let mut engine = Engine::new(Params { iso: ISO.into(), block: [16; 3], ..Params::new(SUPPORT.into(), SPACING) })?;
+    let mut engine = Engine::new(Params { iso: ISO.into(), block: [8; 3], ..Params::new(SUPPORT.into(), SPACING) })?;
     let field = Field(positions);
     println!("mesh,vertices,triangles,closed,distance_mean,distance_max,angle_mean,angle_p99,ratio_min,ratio_mean,ms");
     let ways: [(&str, &dyn Fn(&Region) -> u8); 3] = [

@@ -27,11 +27,11 @@ pub(crate) struct Sight {
     pub(crate) cube: [i64; 3],
 }
 
-/// Bits 0..=n, where n may be negative or too large.
-fn up_to(n: i64) -> u64 {
-    match n {
-        ..0 => 0,
-        0..63 => (2u64 << n) - 1,
+/// The places below the viewer's along an axis, bit by bit; with his own where the nearest come first.
+fn lower_side(viewer: i64, order: DrawOrder) -> u64 {
+    match viewer + i64::from(order == DrawOrder::FrontToBack) {
+        ..=0 => 0,
+        n @ 1..64 => (1u64 << n) - 1,
         _ => u64::MAX,
     }
 }
@@ -43,8 +43,8 @@ pub(super) fn next(todo: &mut Todo, sight: Option<&Sight>) -> Option<(usize, usi
     if todo.is_empty() {
         return None;
     }
-    let y = pick(todo.filled, up_to(sight.cube[1]), sight.order);
-    let x = pick(todo.rows[y], up_to(sight.cube[0]), sight.order);
+    let y = pick(todo.filled, lower_side(sight.cube[1], sight.order), sight.order);
+    let x = pick(todo.rows[y], lower_side(sight.cube[0], sight.order), sight.order);
     todo.take(x, y);
     Some((x, y))
 }

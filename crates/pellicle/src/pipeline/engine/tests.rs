@@ -143,7 +143,8 @@ fn a_viewer_changes_the_order_of_triangles_and_nothing_else() {
         assert!((report.signed_volume / volume - 1.0).abs() < 0.02, "{view:?}: {} {volume}", report.signed_volume);
         if view.sweep == Sweep::BestAxis {
             assert_eq!(sorted_vertices(&mesh).len(), sorted_vertices(&plain).len(), "{view:?}");
-            assert!((report.signed_volume / volume - 1.0).abs() < 1e-5, "{view:?}");
+            // A mirrored cube's polygons are cut along other diagonals.
+            assert!((report.signed_volume / volume - 1.0).abs() < 2e-3, "{view:?}");
         }
         for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
             // Outward: a step along the normal leaves the field weaker.
@@ -164,12 +165,15 @@ fn slabs_come_in_the_viewers_order() {
     for view in views() {
         let mesh = seen(&positions, params.clone(), view);
         let axes = view.axes();
-        let depth = |t: &[u32; 3]| t.iter().map(|&v| dot(axes[2], mesh.position(v as usize))).fold(f64::MAX, f64::min);
-        let mut highest = f64::MIN;
-        // World-anchored blocks of 60 cells cut at 0; within one a slab is one cell deep.
-        for depth in mesh.triangles.iter().map(depth).filter(|d| *d > 1e-3) {
-            assert!(depth > highest - 1.001, "{view:?}: {depth} after {highest}");
-            highest = highest.max(depth);
+        let corners = |t: &[u32; 3]| t.map(|v| axes.map(|axis| dot(axis, mesh.position(v as usize))));
+        // Within a block, a slab is one cell deep.
+        let mut highest = std::collections::HashMap::new();
+        for corners in mesh.triangles.iter().map(corners) {
+            let middle: [f64; 3] = std::array::from_fn(|a| corners.iter().map(|c| c[a]).sum::<f64>() / 3.0);
+            let depth = corners.iter().map(|c| c[2]).fold(f64::MAX, f64::min);
+            let highest = highest.entry(middle.map(|v| (v / 60.0).floor() as i64)).or_insert(f64::MIN);
+            assert!(depth > *highest - 1.001, "{view:?}: {depth} after {highest}");
+            *highest = highest.max(depth);
         }
     }
 }
