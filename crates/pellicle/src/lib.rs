@@ -35,6 +35,7 @@
 pub mod internals;
 pub mod mesh;
 pub mod particles;
+pub mod post;
 pub mod sink;
 
 /// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
@@ -59,6 +60,7 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::crowding::crowding;
 pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};

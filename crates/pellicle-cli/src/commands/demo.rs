@@ -13,6 +13,7 @@ use crate::clock::StageClock;
 use crate::cloud::{Channel, Cloud};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::Finishing;
 use crate::interrupt::{self, Phase};
 use crate::machine;
 use crate::picture;
@@ -61,6 +62,7 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();

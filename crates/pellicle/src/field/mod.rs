@@ -13,6 +13,7 @@ pub(crate) mod adams;
 pub(crate) mod anisotropic;
 mod around;
 mod centre;
+pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod falloff;
 pub(crate) mod kernel;
