@@ -41,8 +41,8 @@ pub mod sink;
 /// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
 pub mod realtime {
     pub use crate::{
-        march::slices::{Counts, Neighbour, Neighbours, Plain, Seeds, Skin},
-        pipeline::engine::{Engine, Frame, Metaball, Params, Particles},
+        march::slices::{Clock, Counts, CustomField, DrawOrder, Neighbour, Neighbours, Plain, Seeds, Skin, Times},
+        pipeline::engine::{Engine, Frame, MOST_LEVELS, Metaball, Params, Particles, Region, Reuse, Sweep, View},
     };
 }
 

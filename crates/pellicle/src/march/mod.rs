@@ -1,6 +1,7 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod levels;
 pub(crate) mod rows;
 pub mod slices;
 pub(crate) mod tables;
