@@ -13,10 +13,8 @@ mod sequence;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use pellicle_scenes::Show;
-
 use crate::values::parse_pixels;
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
@@ -52,7 +50,7 @@ pub enum Verb {
     Check(CheckArgs),
     /// Meshes and particles to pictures (PNG)
     Render(Box<RenderArgs>),
-    /// Make a splash of particles, its surface and pictures, to see that all works
+    /// Make a splash of particles, its surface and pictures, to see that all works; or metaballs
     Demo(DemoArgs),
     /// Which file types are read and written
     Formats(FormatsArgs),
@@ -223,42 +221,35 @@ pub struct CheckArgs {
 
 /// What `demo` shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ShowArg {
-    /// A jet of water, up to 3000 particles.
+pub enum DemoArg {
+    /// A splash of particles and its surface
+    Splash,
+    /// Inverse-square metaballs by tetrahedra, in object, view and post-projection space, and with noise
+    Metaballs,
+    /// Frame by frame: a jet of water, up to 3000 particles
     Fountain,
-    /// 100 particles that stretch, part and meet.
+    /// Frame by frame: 100 particles that stretch, part and meet
     Blob,
-    /// 1000 particles that fly apart.
+    /// Frame by frame: 1000 particles that fly apart
     Explosion,
-    /// 250 particles with tentacles and a hide.
+    /// Frame by frame: 250 particles with tentacles and a hide
     Monster,
-}
-
-impl From<ShowArg> for Show {
-    fn from(show: ShowArg) -> Self {
-        match show {
-            ShowArg::Fountain => Self::Fountain,
-            ShowArg::Blob => Self::Blob,
-            ShowArg::Explosion => Self::Explosion,
-            ShowArg::Monster => Self::Monster,
-        }
-    }
 }
 
 /// `demo`.
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct DemoArgs {
-    /// A show whose surface is made frame by frame, as pictures SHOW_0000.png … [default: a splash, as files]
-    #[arg(value_name = "SHOW")]
-    pub show: Option<ShowArg>,
-    /// Pictures of the show, spread over its 300 frames
+    /// What to show
+    #[arg(value_name = "WHAT", default_value = "splash")]
+    pub what: DemoArg,
+    /// Pictures of what moves frame by frame, WHAT_0000.png and on, spread over its 300 frames
     #[arg(long, value_name = "N", default_value = "60")]
     pub frames: NonZeroUsize,
-    /// Width and height of the show's pictures in pixels
+    /// Width and height of these pictures in pixels
     #[arg(long, value_name = "WxH", default_value = "960x720", value_parser = parse_pixels)]
     pub size: (u32, u32),
-    /// Folder for what is made (demo.ply, demo.glb, demo.png, demo.html, or pictures); it must exist
+    /// Folder for the files: demo.ply and others, metaballs.ply and others, or pictures; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

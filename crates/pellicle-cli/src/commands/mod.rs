@@ -3,6 +3,7 @@
 pub mod check;
 pub mod convert;
 pub mod demo;
+mod demo_metaballs;
 pub mod fields;
 pub mod formats;
 pub mod info;

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use pellicle::{Carry, Params, Reconstructor};
 use pellicle_io::{PositionData, Up, WriteOptions, check_writable, write_file, write_mesh};
 use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
-use pellicle_scenes::splash;
+use pellicle_scenes::{Show, splash};
 use serde_json::json;
 
-use crate::args::DemoArgs;
+use crate::args::{DemoArg, DemoArgs};
 use crate::clock::StageClock;
 use crate::cloud::{Channel, Cloud};
 use crate::console::Console;
@@ -36,9 +36,17 @@ const FILES: [&str; 4] = ["demo.ply", "demo.glb", "demo.png", "demo.html"];
 
 /// Runs the verb.
 pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
-    if let Some(show) = args.show {
-        return show::run(show.into(), args, console);
+    match args.what {
+        DemoArg::Splash => show_splash(args, console),
+        DemoArg::Metaballs => super::demo_metaballs::run(args, console),
+        DemoArg::Fountain => show::run(Show::Fountain, args, console),
+        DemoArg::Blob => show::run(Show::Blob, args, console),
+        DemoArg::Explosion => show::run(Show::Explosion, args, console),
+        DemoArg::Monster => show::run(Show::Monster, args, console),
     }
+}
+
+fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     let clock = StageClock::start();
     interrupt::listen();
     let [ply, glb, png, html] = FILES.map(|name| inside(&args.output_dir, name));
@@ -120,7 +128,8 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn inside(folder: &Path, name: &str) -> PathBuf {
+/// A file in a folder, without a leading dot.
+pub fn inside(folder: &Path, name: &str) -> PathBuf {
     if folder == Path::new(".") { name.into() } else { folder.join(name) }
 }
 
