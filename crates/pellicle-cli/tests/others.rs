@@ -57,6 +57,23 @@ fn info_tells_a_mesh_from_particles() {
     assert_eq!((report["kind"].as_str(), report["particles"].as_u64()), (Some("particles"), Some(2)));
 }
 
+#[test]
+fn check_tells_the_shapes_of_triangles_and_the_distance_to_another_mesh() {
+    let folder = Folder::new();
+    folder.write("tetrahedron.obj", TETRAHEDRON.as_bytes());
+    folder.write("moved.obj", TETRAHEDRON.replace("v 0 0 1", "v 0 0 2").as_bytes());
+    let run = folder.run(&["check", "tetrahedron.obj", "--quality"]).expect(0);
+    assert!(run.stdout.contains("radius ratio") && run.stdout.contains("3: 4"), "{}", run.stdout);
+    let report = folder.run(&["check", "tetrahedron.obj", "--reference", "moved.obj", "--json"]).expect(0).json();
+    // Three right triangles with two equal sides and an equilateral one.
+    assert!((report["quality"]["radius_ratio"]["max"].as_f64().unwrap() - 1.0).abs() < 1e-12);
+    assert!((report["quality"]["min_angle"]["min"].as_f64().unwrap() - 45.0).abs() < 1e-5);
+    // From (0, 0, 2) the nearest point is (0, 0, 1).
+    assert_eq!(report["distance"]["hausdorff"].as_f64(), Some(1.0));
+    let report = folder.run(&["check", "tetrahedron.obj", "--json"]).expect(0).json();
+    assert!(report["quality"].is_null() && report["distance"].is_null());
+}
+
 /// Closed and outward; the last face is left out or turned by the tests.
 const TETRAHEDRON: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 

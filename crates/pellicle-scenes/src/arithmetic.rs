@@ -61,6 +61,16 @@ pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The inner product.
+pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a + t·(b − a).
+pub(crate) fn between(a: Vec3, b: Vec3, t: f64) -> Vec3 {
+    std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

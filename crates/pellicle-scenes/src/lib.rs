@@ -1,7 +1,10 @@
 //! Particle scenes that are made, not stored: for demos, tests and benchmarks that need no download.
 //!
-//! A scene looks like the frame of a fluid simulator: positions, velocities, and one particle radius, half of the rest
+//! [`splash`] looks like the frame of a fluid simulator: positions, velocities, and one particle radius, half of the rest
 //! spacing. y is up, lengths are metres, speeds metres a second.
+//!
+//! A [`Play`] is what a game would show, frame by frame: a fountain, a blob, an explosion, a monster, in units where a
+//! particle's field reaches 3.
 //!
 //! **Same seed, same bytes.** On every platform by construction, though only x86-64 was run: scenes are computed with
 //! `+ − × ÷`, square roots and rounding only, which IEEE 754 rounds in one way everywhere: no `sin` or `powf` of the
@@ -19,8 +22,10 @@ mod cloud;
 mod random;
 
 pub use random::Random;
+mod show;
 mod splash;
 
+pub use show::{Balls, FRAMES, ISO, Limb, Play, SUPPORT, Show};
 pub use splash::splash;
 
 /// Particles of one moment.

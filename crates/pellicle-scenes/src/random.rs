@@ -42,6 +42,21 @@ impl Random {
         from[self.below(from.len())]
     }
 
+    /// Nearly normal, of mean 0 and standard deviation 1, never beyond 6: the sum of twelve uniform numbers.
+    pub fn bell(&mut self) -> f64 {
+        (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
+    }
+
+    /// Uniform in the ball of radius `reach` about the origin.
+    pub fn in_ball(&mut self, reach: f64) -> [f64; 3] {
+        loop {
+            let p = self.in_cube(1.0);
+            if p[0] * p[0] + p[1] * p[1] + p[2] * p[2] <= 1.0 {
+                return p.map(|x| x * reach);
+            }
+        }
+    }
+
     /// Uniform in the cube of half edge `reach` about the origin.
     pub fn in_cube(&mut self, reach: f64) -> [f64; 3] {
         std::array::from_fn(|_| self.between(-reach, reach))

@@ -47,6 +47,24 @@ pub enum Error {
         /// Values expected.
         expected: usize,
     },
+    /// A volume has an axis with too few or too many nodes.
+    #[error("a volume of {} × {} × {} nodes: every axis needs at least 2 nodes, at most 2147483644, and all together must be addressable", .dims[0], .dims[1], .dims[2])]
+    Dims {
+        /// Nodes along each axis as given.
+        dims: [usize; 3],
+    },
+    /// A volume's dims and strides lead outside of its samples.
+    #[error(
+        "the volume reaches from element {lowest} to element {highest}, there are {len} elements: dims, strides and first element do not fit the samples"
+    )]
+    Strides {
+        /// Lowest element that a node would have.
+        lowest: i128,
+        /// Highest element that a node would have.
+        highest: i128,
+        /// Elements there are.
+        len: usize,
+    },
     /// The work needs more memory than the caller allows.
     #[error(
         "{what} needs {needed} bytes, {available} are allowed: raise the memory limit to at least {needed} bytes, or use a larger cell"

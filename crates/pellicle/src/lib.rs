@@ -6,6 +6,8 @@
 //!  stage by stage:  sort ─► Sorted ─► weigh ─► Weighed ─► sample ─► Sampled ─► count ─► Surface
 //! ```
 //!
+//! A volume, any regular grid of samples in memory, goes through [`contour`] instead.
+//!
 //! One call does it all:
 //!
 //! ```
@@ -45,10 +47,13 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};
-pub use pipeline::{Chunk, Reconstructor, Sampled, Sorted, Surface, Weighed, reconstruct};
+pub use pipeline::{
+    Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Weighed, contour, reconstruct,
+};
 pub use progress::{CancelToken, Control, Stage};
 pub use stats::Stats;

@@ -202,6 +202,15 @@ pub struct CheckArgs {
     /// Accept edges with one triangle: a sheet with a rim may still be manifold [default: such an edge fails]
     #[arg(long)]
     pub allow_boundary: bool,
+    /// Tell the shapes of the triangles, too: radius ratio, aspect, angles, edges, valence
+    #[arg(long)]
+    pub quality: bool,
+    /// Mesh file to measure the distance to, both ways; implies --quality [default: none]
+    #[arg(long, value_name = "MESH")]
+    pub reference: Option<PathBuf>,
+    /// Samples of each surface for distances; at least one a triangle is taken
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    pub samples: usize,
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,

@@ -1,7 +1,8 @@
-//! `check MESH`: is the mesh closed, 2-manifold and oriented outward? In words, and by the exit code.
+//! `check MESH`: is the mesh closed, 2-manifold and oriented outward? In words, and by the exit code. With `--quality` also
+//! how good its triangles are, and with `--reference` how far it is from another.
 
 use pellicle::Mesh;
-use pellicle::mesh::Report;
+use pellicle::mesh::{Comparison, Deviation, Quality, Report, Summary, VALENCE_END};
 use serde_json::{Value, json};
 
 use crate::args::CheckArgs;
@@ -14,9 +15,21 @@ pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let mesh = pellicle_io::read_mesh(&args.input).map_err(Failure::from)?;
     let report = Report::of(&mesh);
     let verdict = Verdict::of(&report, args.allow_boundary);
+    let quality = (args.quality || args.reference.is_some()).then(|| Quality::of(&mesh));
+    let comparison = match &args.reference {
+        Some(path) => {
+            let reference = pellicle_io::read_mesh(path).map_err(Failure::from)?;
+            Some(Comparison::of(&mesh, &reference, args.samples))
+        }
+        None => None,
+    };
 
     console.say(format_args!("{}: {}", args.input.display(), overview(&report)));
     for line in measures(&report) {
+        console.say(line);
+    }
+    let shapes = quality.iter().flat_map(quality_lines);
+    for line in shapes.chain(comparison.iter().flat_map(comparison_lines)) {
         console.say(line);
     }
     for defect in &verdict.defects {
@@ -25,7 +38,12 @@ pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     for remark in remarks(&report) {
         console.say(format_args!("  note: {remark}"));
     }
-    console.report(|| as_json(args, &mesh, &report, &verdict));
+    console.report(|| {
+        let mut json = as_json(args, &mesh, &report, &verdict);
+        json["quality"] = quality.as_ref().map_or(Value::Null, quality_json);
+        json["distance"] = comparison.as_ref().map_or(Value::Null, |found| comparison_json(args, found));
+        json
+    });
 
     let what =
         if args.allow_boundary { "manifold and oriented outward" } else { "closed, manifold and oriented outward" };
@@ -124,6 +142,98 @@ fn as_json(args: &CheckArgs, mesh: &Mesh, report: &Report, verdict: &Verdict) ->
         "zero_area_triangles": report.zero_area_triangles,
         "area": report.area,
         "signed_volume": report.signed_volume,
+    })
+}
+
+fn quality_lines(quality: &Quality) -> Vec<String> {
+    let mut lines = vec![
+        format!(
+            "  triangles: {} measured, {} of area 0, {} without a shape",
+            show_count(quality.triangles),
+            show_count(quality.degenerate_triangles),
+            show_count(quality.skipped_triangles)
+        ),
+        format!("  {:<18}{:>11}{:>11}{:>11}{:>11}{:>11}", "", "min", "1 %", "median", "mean", "max"),
+    ];
+    for (name, summary) in summaries(quality) {
+        let Summary { min, p1, median, mean, max, .. } = summary;
+        let numbers = [min, p1, median, mean, max].map(|v| format!("{:>11}", show_number(v))).concat();
+        lines.push(format!("  {:<18}{numbers}", name.replace('_', " ")));
+    }
+    let valences = quality.valence.iter().enumerate().filter(|(n, count)| *n > 0 && **count > 0);
+    let valences: Vec<String> = valences
+        .map(|(n, count)| format!("{n}{}: {}", if n == VALENCE_END { "+" } else { "" }, show_count(*count)))
+        .collect();
+    lines.push(format!("  valence            {}", valences.join(", ")));
+    lines
+}
+
+fn comparison_lines(comparison: &Comparison) -> Vec<String> {
+    let line = |name: &str, deviation: &Deviation| {
+        format!(
+            "  distance {name}: mean {}, rms {}, max {} ({} samples{})",
+            show_number(deviation.mean),
+            show_number(deviation.rms),
+            show_number(deviation.max),
+            show_count(deviation.samples),
+            if deviation.skipped_samples > 0 {
+                format!(", {} of them without a distance", show_count(deviation.skipped_samples))
+            } else {
+                String::new()
+            }
+        )
+    };
+    vec![
+        line("to the reference", &comparison.to_reference),
+        line("from the reference", &comparison.from_reference),
+        format!("  Hausdorff distance {}", show_number(comparison.hausdorff())),
+    ]
+}
+
+/// Distributions by name.
+fn summaries(quality: &Quality) -> [(&'static str, Summary); 5] {
+    [
+        ("radius_ratio", quality.radius_ratio),
+        ("aspect_ratio", quality.aspect_ratio),
+        ("min_angle", quality.min_angle),
+        ("max_angle", quality.max_angle),
+        ("edge_length", quality.edge_length),
+    ]
+}
+
+fn quality_json(quality: &Quality) -> Value {
+    let mut json = json!({
+        "triangles": quality.triangles,
+        "skipped_triangles": quality.skipped_triangles,
+        "degenerate_triangles": quality.degenerate_triangles,
+        "valence": quality.valence,
+        "area": quality.area,
+        "volume": quality.volume,
+    });
+    for (name, s) in summaries(quality) {
+        json[name] = json!({
+            "min": s.min, "p1": s.p1, "p5": s.p5, "median": s.median, "mean": s.mean, "p95": s.p95, "p99": s.p99,
+            "max": s.max,
+        });
+    }
+    json
+}
+
+fn comparison_json(args: &CheckArgs, comparison: &Comparison) -> Value {
+    let of = |d: &Deviation| {
+        json!({
+            "samples": d.samples,
+            "skipped_samples": d.skipped_samples,
+            "mean": d.mean,
+            "rms": d.rms,
+            "max": d.max,
+        })
+    };
+    json!({
+        "reference": args.reference.as_ref().map(|path| path.to_string_lossy()),
+        "to_reference": of(&comparison.to_reference),
+        "from_reference": of(&comparison.from_reference),
+        "hausdorff": comparison.hausdorff(),
     })
 }
 

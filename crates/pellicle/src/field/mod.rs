@@ -12,6 +12,7 @@
 pub(crate) mod density;
 pub(crate) mod kernel;
 pub(crate) mod sph;
+pub(crate) mod volume;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 

@@ -1,4 +1,5 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod rows;
 pub(crate) mod tables;

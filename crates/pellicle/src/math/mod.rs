@@ -3,3 +3,4 @@
 pub(crate) mod bits;
 pub(crate) mod ranges;
 pub mod simd;
+pub(crate) mod vector;

@@ -10,6 +10,7 @@
 use rayon::prelude::*;
 
 use super::Mesh;
+use crate::math::vector::{cross, dot, subtract};
 
 /// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 13;
@@ -280,18 +281,6 @@ impl Measures {
         }
         sum
     }
-}
-
-fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 #[cfg(test)]

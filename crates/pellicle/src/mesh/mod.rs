@@ -4,8 +4,12 @@
 //! vertex `i` is `origin + vertices[i]`. Triangles wind counter-clockwise seen from outside. Vertex indices are `u32`.
 
 mod check;
+mod distance;
+mod quality;
 
 pub use check::Report;
+pub use distance::{Comparison, Deviation};
+pub use quality::{Quality, Summary, VALENCE_END};
 
 /// A values-per-vertex channel, such as a velocity.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,7 +1,9 @@
-//! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! Each road on one screen. Road C is [`contour`]. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
 
+mod contour;
 mod surface;
 
+pub use contour::{Contour, ContourParams, contour};
 pub use surface::{Chunk, Surface};
 
 use crate::{

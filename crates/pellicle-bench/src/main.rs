@@ -1,0 +1,27 @@
+//! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
+
+mod contour;
+
+/// A measurement: takes its arguments in words.
+type Run = fn(&[String]) -> Result<(), String>;
+
+/// What can be measured: the verb, its arguments, and the function.
+const VERBS: &[(&str, &str, Run)] = &[("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run)];
+
+fn main() -> std::process::ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let verb = words.first().and_then(|word| VERBS.iter().find(|verb| verb.0 == word));
+    let Some((_, _, run)) = verb else {
+        for (verb, arguments, _) in VERBS {
+            eprintln!("pellicle-bench {verb} {arguments}");
+        }
+        return 2.into();
+    };
+    match run(&words[1..]) {
+        Ok(()) => 0.into(),
+        Err(error) => {
+            eprintln!("error: {error}");
+            1.into()
+        }
+    }
+}

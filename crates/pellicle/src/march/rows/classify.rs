@@ -1,0 +1,134 @@
+//! Samples to signs: the one pass over all samples.
+//!
+//! Source: this project.
+
+use std::ops::Range;
+
+use super::{Grid, Row, Shape};
+use crate::{
+    field::volume::{Cut, Scalar},
+    math::simd::{Kernel, LANES, Simd, Unit},
+};
+
+/// Signs of all rows of a lattice, for one isovalue or several.
+///
+/// `[row][isovalue][word]`: a row's samples are compared with all isovalues while they are at hand.
+pub(crate) struct Signs {
+    words: usize,
+    isos: usize,
+    bits: Vec<u64>,
+}
+
+impl Signs {
+    /// All outside.
+    pub(crate) fn new(shape: &Shape, isos: usize) -> Self {
+        let words = shape.words();
+        Self { words, isos, bits: vec![0; shape.rows() * words * isos] }
+    }
+
+    /// Words of one row for all isovalues together.
+    pub(crate) fn words_per_row(&self) -> usize {
+        self.words * self.isos
+    }
+
+    pub(crate) fn bits_mut(&mut self) -> &mut [u64] {
+        &mut self.bits
+    }
+
+    /// Signs of one row for isovalue number `iso`.
+    #[inline(always)]
+    pub(crate) fn row(&self, row: usize, iso: usize) -> &[u64] {
+        let start = (row * self.isos + iso) * self.words;
+        &self.bits[start..start + self.words]
+    }
+}
+
+/// Finds the signs of some rows.
+pub(crate) struct Classify<'a> {
+    pub(crate) unit: Unit,
+    pub(crate) isos: &'a [f64],
+    pub(crate) rows: Range<usize>,
+    /// The words of those rows.
+    pub(crate) to: &'a mut [u64],
+}
+
+/// The same for a type of samples.
+pub(super) struct Typed<'g, 'a, 't, T> {
+    pub(super) grid: &'g Grid<'a, T>,
+    pub(super) cuts: &'t [Cut<T>],
+    pub(super) task: Classify<'t>,
+}
+
+impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, s: S) {
+        let shape = &self.grid.shape;
+        let mut to = self.task.to.chunks_exact_mut(shape.words());
+        for row in self.task.rows {
+            let row = self.grid.row(row % shape.nodes[1], row / shape.nodes[1], 0.0);
+            for (cut, to) in self.cuts.iter().zip(&mut to) {
+                match *cut {
+                    _ if row.len == 0 => to.fill(0),
+                    Cut::All => fill(&row, to, |_, n| if n == 64 { u64::MAX } else { (1 << n) - 1 }),
+                    Cut::Above(above) if row.stride == 1 => {
+                        let samples = &row.samples[row.first..row.first + row.len];
+                        fill(&row, to, |from, n| packed(s, &samples[from..from + n], above));
+                    }
+                    Cut::Above(above) => fill(&row, to, |from, n| strided(s, &row, from, n, above)),
+                }
+            }
+        }
+    }
+}
+
+/// Writes the words of a row from the signs of its samples: `signs(from, n)` has those of samples `from..from + n` in its
+/// low bits, and zeros above.
+#[inline(always)]
+fn fill<T: Scalar>(row: &Row<'_, T>, to: &mut [u64], signs: impl Fn(usize, usize) -> u64) {
+    let mut carry = 0;
+    for (w, to) in to.iter_mut().enumerate() {
+        let from = 64 * w;
+        let mut word = 0;
+        if from < row.len {
+            word = signs(from, 64.min(row.len - from));
+            if let Some(present) = row.mask {
+                for bit in 0..64.min(row.len - from) {
+                    word &= !(u64::from(!present[row.element(from + bit)]) << bit);
+                }
+            }
+        }
+        // Sample x is node x + pad.
+        *to = word << row.pad | carry;
+        carry = if row.pad == 0 { 0 } else { word >> 63 };
+    }
+}
+
+/// Signs of at most 64 samples side by side.
+#[inline(always)]
+fn packed<S: Simd, T: Scalar>(s: S, samples: &[T], above: T) -> u64 {
+    let mut word = 0;
+    if let Ok(samples) = <&[T; 64]>::try_from(samples) {
+        for (group, sixteen) in samples.as_chunks::<LANES>().0.iter().enumerate() {
+            word |= u64::from(T::greater(s, sixteen, above)) << (LANES * group);
+        }
+        return word;
+    }
+    for (group, some) in samples.chunks(LANES).enumerate() {
+        let mut sixteen = [T::ZERO; LANES];
+        sixteen[..some.len()].copy_from_slice(some);
+        word |= (u64::from(T::greater(s, &sixteen, above)) & ((1 << some.len()) - 1)) << (LANES * group);
+    }
+    word
+}
+
+/// Signs of `n` samples from sample `from` on, wherever they lie.
+#[inline(always)]
+fn strided<S: Simd, T: Scalar>(s: S, row: &Row<'_, T>, from: usize, n: usize, above: T) -> u64 {
+    let mut samples = [T::ZERO; 64];
+    for (x, sample) in (from..from + n).zip(&mut samples) {
+        *sample = row.samples[row.element(x)];
+    }
+    packed(s, &samples[..n], above)
+}
