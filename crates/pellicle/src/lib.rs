@@ -32,6 +32,7 @@
 
 pub mod mesh;
 pub mod particles;
+pub mod post;
 
 mod bricks;
 mod error;

@@ -6,6 +6,7 @@ pub mod convert;
 pub mod demo;
 pub mod formats;
 pub mod info;
+mod info_volume;
 pub mod manual;
 pub mod mesh;
 pub mod render;

@@ -109,8 +109,10 @@ impl Block {
         }
         let [min, max] = crop.corners();
         let shown = format!("the volume reaches from {low:?} to {high:?}");
-        let (low, high): ([f64; 3], [f64; 3]) =
-            (std::array::from_fn(|axis| low[axis].max(min[axis])), std::array::from_fn(|axis| high[axis].min(max[axis])));
+        let (low, high): ([f64; 3], [f64; 3]) = (
+            std::array::from_fn(|axis| low[axis].max(min[axis])),
+            std::array::from_fn(|axis| high[axis].min(max[axis])),
+        );
         let mut indices = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         if (0..3).all(|axis| low[axis] <= high[axis]) {
             for n in 0..8 {

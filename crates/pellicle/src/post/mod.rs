@@ -1,0 +1,3 @@
+//! What is done to a finished mesh: one verb per file.
+
+pub mod components;
