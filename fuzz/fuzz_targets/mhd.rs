@@ -1,4 +1,4 @@
-//! Fuzzes the readers of `.ply`.
+//! Fuzzes the readers of `.mhd`.
 #![no_main]
 
 pellicle_fuzz::target!();

@@ -1,4 +1,4 @@
-//! Fuzzes the readers of `.ply`.
+//! Fuzzes the readers of `.nrrd`.
 #![no_main]
 
 pellicle_fuzz::target!();

@@ -69,13 +69,23 @@ pub struct IsoValue {
     pub value: f64,
 }
 
-/// A finite number, whose text is kept.
-pub fn parse_iso(text: &str) -> Result<IsoValue, String> {
-    let text = text.trim();
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(IsoValue { text: text.to_owned(), value }),
-        _ => Err("must be a finite number, or several with commas between them, such as 300 or 0.25,0.5".into()),
+/// Isovalues, no two of them equal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct IsoValues(pub Vec<IsoValue>);
+
+/// Finite numbers between commas, whose texts are kept.
+pub fn parse_isos(text: &str) -> Result<IsoValues, String> {
+    let mut isos: Vec<IsoValue> = Vec::new();
+    for text in text.split(',').map(str::trim) {
+        let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite()) else {
+            return Err("must be a finite number, or several with commas between them, such as 300 or 0.25,0.5".into());
+        };
+        if isos.iter().any(|iso| iso.value == value) {
+            return Err(format!("{text} is named twice"));
+        }
+        isos.push(IsoValue { text: text.to_owned(), value });
     }
+    Ok(IsoValues(isos))
 }
 
 /// Samples along x, y and z, and numbers per sample.
@@ -291,8 +301,11 @@ mod tests {
 
     #[test]
     fn isovalues_keep_their_text_and_dims_their_components() {
-        assert_eq!(parse_iso(" -1.50"), Ok(IsoValue { text: "-1.50".into(), value: -1.5 }));
-        assert!(parse_iso("nan").is_err() && parse_iso("1e999").is_err() && parse_iso("").is_err());
+        let iso = |text: &str, value| IsoValue { text: text.into(), value };
+        assert_eq!(parse_isos(" -1.50, 2"), Ok(IsoValues(vec![iso("-1.50", -1.5), iso("2", 2.0)])));
+        for text in ["nan", "1e999", "", "1,", "1,1.0"] {
+            assert!(parse_isos(text).is_err(), "{text}");
+        }
         assert_eq!(parse_dims("5, 4,3"), Ok([5, 4, 3, 1]));
         assert_eq!(parse_dims("5,4,3,2"), Ok([5, 4, 3, 2]));
         for text in ["5,4", "5,4,0", "5,4,-3", "5,4,3,9999", "5,4,3,2,1", "1e3,4,3"] {

@@ -240,7 +240,7 @@ fn headers_that_lie_are_told() {
         ("raw.vti", "0 4 0 3 0 2\"><Point", "0 4 0 3 0 3\"><Point", "expected"),
         ("raw.vti", "Int16", "Int32", "expected"),
         ("ascii.vti", "Spacing=\"0.5 2", "Spacing=\"0.5 0", "along y is 0"),
-        ("ascii.vti", "PointData", "FieldData", "no array"),
+        ("ascii.vti", "\"Int32\"", "\"Strin\"", "no array"),
         ("volume.vtk", "DIMENSIONS 5", "DIMENSIONS 6", "are not 6 × 4 × 3"),
         ("volume.vtk", "DIMENSIONS 5", "DIMENSIONS -5", "not a count"),
         ("volume.vtk", "STRUCTURED_POINTS", "RECTILINEAR_GRID ", "RECTILINEAR_GRID"),

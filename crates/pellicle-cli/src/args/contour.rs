@@ -8,7 +8,7 @@ use clap::Args;
 use super::input::UpArg;
 use super::volume::VolumeArgs;
 use super::{ConfigArgs, FrameArgs, TalkArgs, VerboseArgs};
-use crate::values::{IsoValue, parse_iso, parse_positive, parse_size, parse_threads};
+use crate::values::{IsoValues, parse_isos, parse_positive, parse_size, parse_threads};
 
 /// `contour IN`.
 #[derive(Debug, Args)]
@@ -81,8 +81,8 @@ pub struct ContourArgs {
 #[command(next_help_heading = "Surface")]
 pub struct ContourSurfaceArgs {
     /// Value at the surface; of several each has its own file OUT_V
-    #[arg(short, long, value_name = "V,...", value_delimiter = ',', value_parser = parse_iso, allow_hyphen_values = true)]
-    pub iso: Vec<IsoValue>,
+    #[arg(short, long, value_name = "V,...", value_parser = parse_isos, allow_hyphen_values = true)]
+    pub iso: Option<IsoValues>,
     /// Close the surface where the volume ends [default]
     #[arg(long, conflicts_with = "open")]
     pub closed: bool,

@@ -64,12 +64,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
 
 impl<'a> Job<'a> {
     fn resolve(args: &'a ContourArgs, console: &'a Console) -> Result<Self, Failure> {
-        let isos = args.surface.iso.as_slice();
-        for (i, iso) in isos.iter().enumerate() {
-            if isos[..i].iter().any(|other| other.value == iso.value) {
-                return Err(Failure::Usage(format!("--iso: {} is named twice", iso.text)));
-            }
-        }
+        let isos = args.surface.iso.as_ref().map_or(&[][..], |isos| &isos.0);
         if let Some(png) = &args.png
             && !png.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
         {

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::choose::{self, Candidate};
 use super::file::{Numbers, Stream, VolumeFile};
 use super::grid::Grid;
-use super::header::{Placement, VolumeOptions};
+use super::header::{Placement, Scaling, VolumeOptions};
 use crate::error::Error;
 use crate::formats::vtk::{Array, Content, Reader, Section};
 use crate::scalar::Scalar;
@@ -53,6 +53,10 @@ pub(crate) fn open(path: &Path, options: &VolumeOptions) -> Result<VolumeFile, E
         let grid = Grid::new(points.origin.unwrap_or([0.0; 3]), points.spacing.unwrap_or([1.0; 3]));
         header.grid = if chosen.placement == Placement::Cells { grid.at_centers() } else { grid };
         header.placement = chosen.placement;
+        if array.is_color_text {
+            // Bytes that stand there as 0 to 1.
+            header.scaling = Scaling { slope: 255.0, intercept: 0.0 };
+        }
         (header.components, header.component) = (chosen.components, component);
         header.name = chosen.name;
         header.arrays = candidates;
