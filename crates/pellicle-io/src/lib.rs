@@ -48,7 +48,7 @@ mod table;
 mod volumes;
 
 pub use content::{Content, read_content};
-pub use error::{Error, Place};
+pub use error::{Error, Place, printable};
 pub use formats::catalog::{Format, FormatInfo, formats};
 pub use formats::names::canonical as canonical_name;
 pub use meshes::{

@@ -33,6 +33,15 @@
 pub mod mesh;
 pub mod particles;
 pub mod post;
+pub mod sink;
+
+/// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
+pub mod realtime {
+    pub use crate::{
+        march::slices::{Counts, Neighbour, Neighbours, Plain, Seeds, Skin},
+        pipeline::engine::{Engine, Frame, Metaball, Params, Particles},
+    };
+}
 
 mod bricks;
 mod error;

@@ -2,4 +2,5 @@
 
 pub(crate) mod cubes;
 pub(crate) mod rows;
+pub mod slices;
 pub(crate) mod tables;
