@@ -6,7 +6,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use pellicle::post::components::keep_largest;
+use pellicle::post::largest::keep_largest;
 use pellicle::{Border, Contour, ContourParams, Control, Mesh, Volume};
 use pellicle_io::{Up, VolumeData, VolumeHeader, WriteOptions, each_sample_type, write_mesh};
 use serde_json::{Value, json};

@@ -1,3 +1,3 @@
 //! What is done to a finished mesh: one verb per file.
 
-pub mod components;
+pub mod largest;
