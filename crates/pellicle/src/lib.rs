@@ -30,6 +30,9 @@
 //!
 //! The library prints nothing, reads no clock and starts no threads of its own: it runs in the current rayon pool.
 
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
 pub mod mesh;
 pub mod particles;
 pub mod post;

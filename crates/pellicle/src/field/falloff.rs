@@ -21,7 +21,7 @@ use crate::math::simd::Simd;
 use crate::math::simd::{LANES, Portable};
 
 /// A radial function, 16 at a time.
-pub(crate) trait Falloff: Copy + Send + Sync {
+pub trait Falloff: Copy + Send + Sync {
     /// Value of u = 1 − (d/R)², which is at least 0; exactly 0 there.
     fn value<S: Simd>(&self, s: S, u: S::F) -> S::F;
     /// Its derivative by u, at least 0.
@@ -30,7 +30,7 @@ pub(crate) trait Falloff: Copy + Send + Sync {
 
 /// (1 − s²)²/4.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Triquet;
+pub struct Triquet;
 
 /// 1 − 4/9 s⁶ + 17/9 s⁴ − 22/9 s².
 #[derive(Debug, Clone, Copy)]
