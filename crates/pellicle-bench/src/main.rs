@@ -1,6 +1,7 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod fields;
 mod rivals;
 mod rosenberg;
 
@@ -14,6 +15,7 @@ type Run = fn(&[String]) -> Result<(), String>;
 /// What can be measured: the verb, its arguments, and the function.
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
 ];
 

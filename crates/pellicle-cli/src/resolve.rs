@@ -2,7 +2,7 @@
 //! data make (the radius when it is not given, which attributes there are).
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pellicle::{Band, Lanes, Params};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
@@ -10,8 +10,10 @@ use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
 use crate::choose::crop::Crop;
 use crate::choose::expression::Expression;
+use crate::choose::transform::SCALED;
 use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
+use crate::field;
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
@@ -25,6 +27,8 @@ pub struct MeshJob {
     pub radius: Option<f64>,
     /// Everything that decides the surface, but for the radius.
     pub params: Params,
+    /// The attribute with each particle's own radius.
+    pub radius_attribute: Option<String>,
     /// How to read particles.
     pub read: ReadOptions,
     /// Which particles.
@@ -116,7 +120,8 @@ impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
         let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
-        let (read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
+        let (mut read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
+        read.also.extend(args.surface.radius_attribute.clone().filter(|name| !read.also.contains(name)));
         let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
         files.png.clone_from(&args.png);
         files.spray.clone_from(&args.spray);
@@ -131,7 +136,8 @@ impl MeshJob {
         Ok(Self {
             files,
             radius: args.surface.radius,
-            params: params(args, machine::lanes_from_environment()?),
+            params: params(args, machine::lanes_from_environment()?)?,
+            radius_attribute: args.surface.radius_attribute.clone(),
             read,
             choice,
             carry,
@@ -142,9 +148,28 @@ impl MeshJob {
         })
     }
 
-    /// Leaves out attributes that were read for the choice of particles only.
-    pub fn keep_carried(&self, particles: &mut Particles) {
+    /// Leaves out attributes that were read for the choice of particles only, or for their radius; returns the latter.
+    ///
+    /// # Errors
+    /// An attribute of radii with more than one component.
+    pub fn keep_carried(&self, particles: &mut Particles, path: &Path) -> Result<Option<Vec<f32>>, Failure> {
+        let radii = self.radius_attribute.as_ref().and_then(|name| particles.attribute(name));
+        let radii = match radii {
+            Some(found) if found.components == 1 => {
+                // Radii are lengths, whatever their name.
+                let is_scaled = SCALED.contains(&found.name.as_str());
+                let factor = self.choice.scale.filter(|_| !is_scaled).unwrap_or(1.0);
+                Some(found.to_f32().iter().map(|&r| (f64::from(r) * factor) as f32).collect())
+            }
+            Some(found) => {
+                let what =
+                    format_args!("--radius-attribute {}: has {} components, not 1", found.name, found.components);
+                return Err(Failure::file(path, what));
+            }
+            None => None,
+        };
         keep_carried(&self.carry, &self.read.also, particles);
+        Ok(radii)
     }
 }
 
@@ -155,14 +180,16 @@ pub fn keep_carried(carry: &AttributeChoice, also: &[String], particles: &mut Pa
     }
 }
 
-fn params(args: &MeshArgs, lanes: Lanes) -> Params {
+fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
     let surface = &args.surface;
-    Params {
+    let field = surface.field.as_deref().map(field::parse).transpose()?.unwrap_or_default();
+    let params = Params {
         // 1 until the data have said it.
         particle_radius: surface.radius.unwrap_or(1.0),
-        smoothing_length: surface.smoothing_length,
+        field,
+        smoothing_length: surface.smoothing_length.unwrap_or_else(|| field.smoothing_length()),
         cell_size: surface.cell,
-        iso: surface.threshold,
+        iso: surface.threshold.unwrap_or_else(|| field.iso()),
         band: match surface.band {
             BandArg::Auto => Band::Auto,
             BandArg::Full => Band::Full,
@@ -170,13 +197,13 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Params {
         normals: args.normals == Switch::On,
         max_memory: args.max_memory,
         lanes,
-    }
+    };
+    field::check(&params)?;
+    Ok(params)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use clap::Parser;
 
     use super::*;
@@ -207,6 +234,7 @@ mod tests {
         let job = resolve(line).unwrap_or_else(|e| panic!("{e}"));
         let expected = Params {
             particle_radius: 0.1,
+            field: pellicle::ScalarField::Sph,
             smoothing_length: 1.5,
             cell_size: 0.75,
             iso: 0.4,

@@ -3,12 +3,13 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, Stats, Surface};
+use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface};
 use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
 use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::failure::Failure;
+use crate::field;
 use crate::interrupt;
 use crate::machine;
 use crate::target::Target;
@@ -27,6 +28,8 @@ pub struct Order<'a> {
     pub target: &'a Target,
     /// What was chosen of the source's particles, a line each.
     pub choice: &'a [String],
+    /// The attribute that the particles' own radii are from.
+    pub radius_attribute: Option<&'a str>,
     /// The axis that points up, for formats that care.
     pub up: Up,
     /// Whether the mesh is wanted in memory too, for a picture of it.
@@ -162,12 +165,19 @@ impl Order<'_> {
     /// The parameters that decide the mesh, for the output's header. Threads, memory limit, band and vector unit are
     /// left out: they decide nothing, and files that hold the same mesh shall be the same.
     pub fn record(&self) -> Vec<String> {
-        let Params { particle_radius, smoothing_length, cell_size, iso, .. } = self.params;
+        let Params { particle_radius, field, smoothing_length, cell_size, iso, .. } = *self.params;
         let source = self.source.file_name().unwrap_or_default().to_string_lossy();
         let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
         lines.extend_from_slice(self.choice);
         if self.is_radius_known {
             lines.push(format!("particle_radius {particle_radius}"));
+        }
+        if let Some(name) = self.radius_attribute {
+            lines.push(format!("radius_attribute {name}"));
+        }
+        // The SPH field goes without saying, as it always did.
+        if field != ScalarField::Sph {
+            lines.push(format!("field {}", field::show(field)));
         }
         lines.push(format!("smoothing_length {smoothing_length} radii, cell_size {cell_size} radii, threshold {iso}"));
         lines

@@ -19,6 +19,7 @@ fn help_fits_on_a_screen_and_names_every_default() {
         &["check"],
         &["demo"],
         &["formats"],
+        &["fields"],
         &["completions"],
         &["man"],
     ] {
@@ -52,6 +53,10 @@ fn values_that_cannot_mean_anything_are_usage_errors_before_any_file_is_read() {
         &["-c", "-0.5"],
         &["-t", "0"],
         &["-t", "x"],
+        &["--field", "mud"],
+        &["--field", "solenthaler:t-high=0"],
+        &["--field", "solenthaler", "-l", "0.5"],
+        &["--field", "solenthaler", "-t", "2"],
         &["--band", "paper"],
         &["--normals", "maybe"],
         &["--attributes", "a,,b"],

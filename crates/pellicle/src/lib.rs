@@ -63,8 +63,11 @@ pub use error::Error;
 pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use mesh::{Mesh, VertexAttribute};
-pub use params::{Band, Lanes, Params};
-pub use particles::{Attribute, Positions, infer_radius};
+pub use params::{
+    AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
+    SolenthalerParams, ZhuBridsonParams,
+};
+pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{
     Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Weighed, contour, reconstruct,
 };

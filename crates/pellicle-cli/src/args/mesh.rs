@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use pellicle_io::AttributeChoice;
 
 use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, WatchArgs};
-use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads};
+use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, parse_threads};
 
 /// `mesh IN`.
 #[derive(Debug, Args)]
@@ -75,18 +75,24 @@ pub struct SurfaceArgs {
     /// Particle radius, half the spacing at rest [default: inferred]
     #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
-    /// Smoothing length in radii; larger is smoother
+    /// Scalar field, with :KEY=VALUE,...; see pellicle fields [default: sph]
+    #[arg(long, value_name = "FIELD")]
+    pub field: Option<String>,
+    /// Smoothing length in radii; larger is smoother [default: the field's; sph 2]
     #[arg(short = 'l', long)]
-    #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "2")]
-    pub smoothing_length: f64,
+    #[arg(value_name = "RADII", value_parser = parse_positive)]
+    pub smoothing_length: Option<f64>,
     /// Edge of a lattice cell in radii; half gives 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,
-    /// Field at the surface: 0 outside, about 1 inside
-    #[arg(short, long, alias = "surface-threshold")]
-    #[arg(value_name = "VALUE", value_parser = parse_positive, default_value = "0.6")]
-    pub threshold: f64,
+    /// Field at the surface [default: the field's; sph 0.6]
+    #[arg(short, long, alias = "surface-threshold", allow_negative_numbers = true)]
+    #[arg(value_name = "VALUE", value_parser = parse_finite)]
+    pub threshold: Option<f64>,
+    /// Attribute with each particle's own radius [default: one for all]
+    #[arg(long, value_name = "NAME")]
+    pub radius_attribute: Option<String>,
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,

@@ -59,6 +59,8 @@ pub enum Verb {
     Demo(DemoArgs),
     /// Which file types are read and written
     Formats(FormatsArgs),
+    /// Which scalar fields there are, and their parameters
+    Fields(FieldsArgs),
     /// Print a script that completes this command in your shell
     Completions(CompletionsArgs),
     /// Write the manual pages
@@ -77,6 +79,7 @@ impl Verb {
             Self::Render(_) => "render",
             Self::Demo(_) => "demo",
             Self::Formats(_) => "formats",
+            Self::Fields(_) => "fields",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
         }
@@ -90,6 +93,7 @@ impl Verb {
             Self::Convert(args) => (&args.talk, args.more.verbose),
             Self::Info(args) => (&args.talk, false),
             Self::Formats(args) => (&args.talk, false),
+            Self::Fields(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
             Self::Render(args) => (&args.talk, args.more.verbose),
             Self::Demo(args) => (&args.talk, args.more.verbose),
@@ -138,6 +142,15 @@ pub struct VerboseArgs {
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct FormatsArgs {
+    /// How much is said.
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// `fields`.
+#[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
+pub struct FieldsArgs {
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pellicle::{Params, Reconstructor};
+use pellicle::{Carry, Params, Reconstructor};
 use pellicle_io::{PositionData, Up, WriteOptions, check_writable, write_file, write_mesh};
 use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
 use pellicle_scenes::splash;
@@ -46,8 +46,9 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     clock.begin("splash");
     let scene = splash(PARTICLES, SEED);
     let params = Params { lanes, normals: true, ..Params::new(f64::from(scene.radius)) };
-    let velocity = Channel { name: "velocity".into(), components: 3, values: scene.velocities.into_flattened() };
-    let cloud = Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity] };
+    let values = scene.velocities.into_flattened();
+    let velocity = Channel { name: "velocity".into(), components: 3, values, carry: Carry::Mean };
+    let cloud = Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity], radii: None };
     interrupt::enter(Phase::Working);
     let made = pool.install(|| -> Result<_, Failure> {
         let source = Path::new(SOURCE);
@@ -57,6 +58,7 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             is_radius_known: true,
             target: &target,
             choice: &[],
+            radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
         };

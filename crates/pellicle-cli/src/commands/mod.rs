@@ -4,6 +4,7 @@ pub mod check;
 pub mod contour;
 pub mod convert;
 pub mod demo;
+pub mod fields;
 pub mod formats;
 pub mod info;
 mod info_volume;

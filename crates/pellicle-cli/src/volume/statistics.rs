@@ -80,6 +80,7 @@ pub struct Range {
 }
 
 impl Range {
+    #[allow(clippy::unnecessary_cast, reason = "the same code serves every type")]
     fn add(&mut self, samples: &Samples) {
         self.is_integer = !matches!(samples, Samples::F32(_) | Samples::F64(_));
         each_sample_type!(samples, values => {
@@ -126,6 +127,7 @@ impl Histogram {
         Self { low, width, counts: vec![0; BINS], is_exact }
     }
 
+    #[allow(clippy::unnecessary_cast, reason = "the same code serves every type")]
     fn add(&mut self, samples: &Samples) {
         let (low, scale) = (self.low, 1.0 / self.width);
         each_sample_type!(samples, values => {

@@ -3,7 +3,7 @@
 //! A scan of bytes stays one of bytes: a volume is the largest thing in memory, and the extractors take every type. Only
 //! half-precision numbers are widened, to `f32`, which holds them exactly.
 
-use crate::scalar::{Field, Records, Scalar, decode_component};
+use crate::scalar::{Field, Records, Sample, Scalar, decode_component};
 
 /// Samples of one number each.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,7 +192,7 @@ impl Samples {
 
     /// The sample at this place in memory, in double precision: integers beyond 2^53 are rounded.
     pub fn get_f64(&self, i: usize) -> f64 {
-        each_sample_type!(self, values => values[i] as f64)
+        each_sample_type!(self, values => values[i].to_f64())
     }
 
     /// Forgets the samples and keeps the memory.

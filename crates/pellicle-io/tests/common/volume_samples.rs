@@ -126,7 +126,7 @@ fn vti(of: &Vti) -> Vec<u8> {
         } else {
             out.extend(encoded)
         }
-        write!(out, "</DataArray></{section}></Piece>\n").expect("in memory");
+        writeln!(out, "</DataArray></{section}></Piece>").expect("in memory");
     }
     out.extend_from_slice(b"</ImageData>\n");
     if of.format == "appended" {
