@@ -13,6 +13,7 @@ mod config;
 mod console;
 mod failure;
 mod field;
+mod finish;
 mod frame;
 mod interrupt;
 mod machine;

@@ -55,7 +55,7 @@ pub enum Verb {
     Check(CheckArgs),
     /// Meshes and particles to pictures (PNG)
     Render(Box<RenderArgs>),
-    /// Make a splash of particles, its surface and pictures, to see that all works
+    /// Make a splash of particles, its surface and pictures, to see that all works; or metaballs
     Demo(DemoArgs),
     /// Which file types are read and written
     Formats(FormatsArgs),
@@ -229,11 +229,23 @@ pub struct CheckArgs {
     pub talk: TalkArgs,
 }
 
+/// What `demo` shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum DemoArg {
+    /// A splash of particles and its surface
+    Splash,
+    /// Inverse-square metaballs by tetrahedra, in object, view and post-projection space, and with noise
+    Metaballs,
+}
+
 /// `demo`.
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct DemoArgs {
-    /// Folder for demo.ply, demo.glb, demo.png and demo.html; it must exist
+    /// What to show
+    #[arg(value_name = "WHAT", default_value = "splash")]
+    pub what: DemoArg,
+    /// Folder for the files, demo.ply and others, or metaballs.ply and others; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

@@ -181,7 +181,8 @@ impl<'a> Job<'a> {
         frame: &Frame,
         clock: &StageClock,
     ) -> Result<Surface, Failure> {
-        let pieces = self.keeps_largest.then(|| keep_largest(&mut mesh));
+        let pieces = self.keeps_largest.then(|| keep_largest(&mut mesh)).transpose();
+        let pieces = pieces.map_err(|error| Failure::core(&frame.input, error))?;
         interrupt::check()?;
         clock.begin("write");
         let unit = self.metres_per_unit.unwrap_or_else(|| metres(&header.unit) / self.selection.scale.unwrap_or(1.0));

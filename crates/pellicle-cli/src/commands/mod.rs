@@ -4,6 +4,7 @@ pub mod check;
 pub mod contour;
 pub mod convert;
 pub mod demo;
+mod demo_metaballs;
 pub mod fields;
 pub mod formats;
 pub mod info;

@@ -4,9 +4,16 @@
 //! greatest area, and of equal ones the first. Vertices and triangles keep their order, so the same mesh gives the same bytes.
 //! Vertices that no triangle has belong to no piece.
 //!
-//! Source: Tarjan, Efficiency of a Good But Not Linear Set Union Algorithm, 1975.
+//! By area and not by volume, as [`components`](super::components) has it, since surfaces of volumes may be open. Source: this project.
 
-use crate::Mesh;
+use super::{
+    check,
+    rebuild::{NONE, merge},
+};
+use crate::{
+    Error, Mesh,
+    math::union_find::{join, root},
+};
 
 /// The pieces of a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +35,6 @@ impl Components {
             join(&mut parents, a, b);
             join(&mut parents, b, c);
         }
-        const NONE: u32 = u32::MAX;
         let mut numbers = vec![NONE; mesh.vertices.len()];
         let mut found = Self { of_triangle: Vec::with_capacity(mesh.triangles.len()), areas: Vec::new() };
         for triangle in &mesh.triangles {
@@ -62,63 +68,22 @@ impl Components {
 
 /// Leaves out all but the piece of greatest area; returns how many pieces there were.
 ///
-/// # Panics
-/// As [`Components::of`].
-pub fn keep_largest(mesh: &mut Mesh) -> usize {
+/// # Errors
+/// [`Error::Count`] for an index that names no vertex, [`Error::Length`] for an attribute of the wrong length.
+pub fn keep_largest(mesh: &mut Mesh) -> Result<usize, Error> {
+    check(mesh)?;
     let components = Components::of(mesh);
     if let Some(largest) = components.largest()
         && components.count() > 1
     {
-        let mut numbers = components.of_triangle.iter();
-        mesh.triangles.retain(|_| numbers.next() == Some(&largest));
-        drop_unused_vertices(mesh);
+        let mut target = vec![NONE; mesh.vertices.len()];
+        for (triangle, _) in mesh.triangles.iter().zip(&components.of_triangle).filter(|(_, piece)| **piece == largest)
+        {
+            triangle.iter().for_each(|&v| target[v as usize] = v);
+        }
+        *mesh = merge(mesh, &target);
     }
-    components.count()
-}
-
-/// Leaves out vertices that no triangle has.
-fn drop_unused_vertices(mesh: &mut Mesh) {
-    let mut is_used = vec![false; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|&v| is_used[v as usize] = true);
-    let mut next = 0;
-    let places: Vec<u32> = is_used
-        .iter()
-        .map(|&is_used| {
-            next += u32::from(is_used);
-            next.wrapping_sub(1)
-        })
-        .collect();
-    mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = places[*v as usize]);
-    retain_tuples(&mut mesh.vertices, 1, &is_used);
-    retain_tuples(&mut mesh.normals, 1, &is_used);
-    for attribute in &mut mesh.attributes {
-        retain_tuples(&mut attribute.values, attribute.components.max(1), &is_used);
-    }
-}
-
-/// Keeps the tuples, of so many values each, that are marked. What has no values stays without.
-fn retain_tuples<T>(values: &mut Vec<T>, components: usize, is_kept: &[bool]) {
-    let mut place = 0;
-    values.retain(|_| {
-        place += 1;
-        is_kept[(place - 1) / components]
-    });
-}
-
-/// Joins the pieces of two vertices; the lower root stays one.
-fn join(parents: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(parents, a), root(parents, b));
-    parents[a.max(b) as usize] = a.min(b);
-}
-
-/// The root of a vertex; the way to it is halved.
-fn root(parents: &mut [u32], mut v: u32) -> u32 {
-    while parents[v as usize] != v {
-        let above = parents[parents[v as usize] as usize];
-        parents[v as usize] = above;
-        v = above;
-    }
-    v
+    Ok(components.count())
 }
 
 fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
@@ -140,7 +105,7 @@ mod tests {
             .collect();
         let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         Mesh {
-            normals: (0..9).map(|v| [v as f32, 0.0, 0.0]).collect(),
+            normals: (0..9).map(|v| if v % 2 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }).collect(),
             attributes: vec![VertexAttribute {
                 name: "pair".into(),
                 components: 2,
@@ -164,14 +129,14 @@ mod tests {
     #[test]
     fn the_largest_keeps_its_order_and_all_that_belongs_to_its_vertices() {
         let mut mesh = mesh();
-        assert_eq!(keep_largest(&mut mesh), 2);
+        assert_eq!(keep_largest(&mut mesh), Ok(2));
         assert_eq!(mesh.vertices, [[0.0; 3], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]]);
         assert_eq!(mesh.triangles, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
-        assert_eq!(mesh.normals.iter().map(|n| n[0]).collect::<Vec<_>>(), [1.0, 3.0, 5.0, 7.0]);
+        assert_eq!(mesh.normals, [[0.0, 1.0, 0.0]; 4]);
         assert_eq!(mesh.attributes[0].values, [2.0, 3.0, 6.0, 7.0, 10.0, 11.0, 14.0, 15.0]);
         let whole = mesh.clone();
-        assert_eq!(keep_largest(&mut mesh), 1);
+        assert_eq!(keep_largest(&mut mesh), Ok(1));
         assert_eq!(mesh, whole, "a single piece stays as it is");
-        assert_eq!(keep_largest(&mut Mesh::default()), 0);
+        assert_eq!(keep_largest(&mut Mesh::default()), Ok(0));
     }
 }
