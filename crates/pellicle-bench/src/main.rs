@@ -4,6 +4,8 @@ mod contour;
 mod fields;
 mod rivals;
 mod rosenberg;
+mod tetrahedra;
+mod walk;
 
 /// Counts bytes, so that tables can tell memory.
 #[global_allocator]
@@ -15,6 +17,8 @@ type Run = fn(&[String]) -> Result<(), String>;
 /// What can be measured: the verb, its arguments, and the function.
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("walk", "", walk::run),
     ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
 ];

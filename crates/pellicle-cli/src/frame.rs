@@ -139,6 +139,7 @@ impl Loaded {
             target: &target,
             up: job.up,
             keep_mesh: frame.png.is_some(),
+            finishing: job.finishing,
         };
         let made = make(&cloud, &order, reconstructor, &self.clock);
         let (particles, attributes) = (cloud.len(), cloud.channels.iter().map(|c| c.name.clone()).collect());

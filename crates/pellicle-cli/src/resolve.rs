@@ -14,6 +14,7 @@ use crate::choose::transform::SCALED;
 use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
 use crate::field;
+use crate::finish::Finishing;
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
@@ -29,6 +30,8 @@ pub struct MeshJob {
     pub params: Params,
     /// The attribute with each particle's own radius.
     pub radius_attribute: Option<String>,
+    /// What is done to the mesh.
+    pub finishing: Finishing,
     /// How to read particles.
     pub read: ReadOptions,
     /// Which particles.
@@ -138,6 +141,7 @@ impl MeshJob {
             radius: args.surface.radius,
             params: params(args, machine::lanes_from_environment()?)?,
             radius_attribute: args.surface.radius_attribute.clone(),
+            finishing: Finishing::new(args.finish.smooth, args.finish.keep),
             read,
             choice,
             carry,
@@ -222,6 +226,7 @@ mod tests {
         assert_eq!(job.radius, None);
         assert_eq!(job.params, Params::new(1.0), "the defaults of the command are those of the library");
         assert_eq!(job.carry, AttributeChoice::Velocity);
+        assert_eq!(job.finishing, Finishing::default());
         assert_eq!(job.read, ReadOptions::default());
         assert!(job.choice.invalid == Invalid::Refuse && job.watch.is_none() && !job.skip_existing);
     }
@@ -230,7 +235,8 @@ mod tests {
     fn every_option_arrives() {
         let line = "pellicle mesh a.xyz -o b.obj -r 0.1 -l 1.5 -c 0.75 -t 0.4 --band full --attributes all \
                     --normals on --threads 3 --max-memory 2K --drop-invalid --where type==1 --crop 0,0,0 -,1,2 --scale 2 --up z \
-                    --array a --step 3 --raw f64 --frames 1-9 --shard 2/3 --skip-existing --watch=7 --png p.png --spray s.ply";
+                    --array a --step 3 --raw f64 --frames 1-9 --shard 2/3 --skip-existing --watch=7 --png p.png --spray s.ply \
+                    --smooth=iterations=3 --keep largest=1";
         let job = resolve(line).unwrap_or_else(|e| panic!("{e}"));
         let expected = Params {
             particle_radius: 0.1,
@@ -257,6 +263,8 @@ mod tests {
         assert_eq!(job.read, read);
         assert!(job.choice.invalid == Invalid::Drop && job.choice.crop.is_some() && job.choice.filter.is_some());
         assert_eq!((job.choice.scale, job.up, job.watch, job.skip_existing), (Some(2.0), Up::Z, Some(7.0), true));
+        assert_eq!(job.finishing.finish.smoothing.map(|s| s.iterations), Some(3));
+        assert_eq!(job.finishing.finish.keep.largest, Some(1));
         assert!(job.files.frames.is_some() && job.files.shard.is_some());
         assert_eq!(job.files.png.as_deref(), Some(Path::new("p.png")));
         assert_eq!(job.files.spray.as_deref(), Some(Path::new("s.ply")));

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::Folder;
+use common::{Folder, cube};
 
 /// A screen: what a terminal of common size shows, two lines left for the prompt.
 const SCREEN: usize = 50;
@@ -101,4 +101,20 @@ fn an_unknown_vector_unit_is_a_usage_error_and_every_known_one_gives_the_same_by
         run.expect(0);
         assert!(std::fs::read(folder.path("cube.ply")).unwrap() == portable, "{lanes}");
     }
+}
+
+#[test]
+fn errors_tell_what_was_likely_meant() {
+    let folder = Folder::new();
+    folder.write_xyz("frame_0001.xyz", &cube(3));
+    let fails = |line: &[&str], code, hint: &str| {
+        let run = folder.run(line).expect(code);
+        assert!(run.stderr.contains(hint), "{line:?}: {}", run.stderr);
+    };
+    fails(&["mesh", "fram_0001.xyz"], 1, "(is it frame_0001.xyz?)");
+    fails(&["mesh", "other.xyz"], 1, "cannot open");
+    fails(&["mesh", "frame_0001.xyz", "-o", "a.png"], 2, "--png");
+    fails(&["check", "frame_0001.xyz"], 1, "with raw XYZ this is not possible: meshes are read from .ply");
+    fails(&["mehs"], 2, "'mesh'");
+    fails(&["mesh", "frame_0001.xyz", "--cel", "1"], 2, "'--cell'");
 }

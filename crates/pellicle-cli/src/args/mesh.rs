@@ -4,20 +4,23 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use pellicle::post::components::Keep;
 use pellicle_io::AttributeChoice;
 
 use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, WatchArgs};
+use crate::finish::{Smooth, parse_keep, parse_smooth};
 use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, parse_threads};
 
 /// `mesh IN`.
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "Patterns: ####, {}, %04d, $F4. RADII are multiples of -r. File types: pellicle formats"
+    after_help = "IN: particle files: one, several, a folder, a .pvd, or a pattern: frame_####.vtk ({}, %04d, $F4).\n\
+        RADII are multiples of -r. File types: pellicle formats"
 )]
 pub struct MeshArgs {
     /// Particle files: one, several, a folder, a .pvd, or a pattern such as frame_####.vtk
-    #[arg(value_name = "IN", required_unless_present_any = ["config", "print_config"])]
+    #[arg(value_name = "IN", hide = true, required_unless_present_any = ["config", "print_config"])]
     pub input: Vec<PathBuf>,
     /// Mesh file, pattern, folder/ or .pvd [default: IN with .ply]
     #[arg(short, long, value_name = "OUT", alias = "output-file", help_heading = "Output")]
@@ -38,6 +41,10 @@ pub struct MeshArgs {
     /// What the surface is.
     #[command(flatten)]
     pub surface: SurfaceArgs,
+
+    /// What is done to it.
+    #[command(flatten)]
+    pub finish: FinishArgs,
 
     /// Which particles.
     #[command(flatten)]
@@ -96,6 +103,19 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
+}
+
+/// What is done to a mesh once it is there.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Surface")]
+pub struct FinishArgs {
+    /// No slivers, smoothed, with normals: iterations=25,... [default: no]
+    #[arg(long, value_name = "KEY=VALUE,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    #[arg(value_parser = parse_smooth)]
+    pub smooth: Option<Smooth>,
+    /// Components: largest=N,volume=V,cavities=off [default: all]
+    #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
+    pub keep: Option<Keep>,
 }
 
 /// A choice written as a word.

@@ -8,11 +8,12 @@ use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
 use pellicle_scenes::splash;
 use serde_json::json;
 
-use crate::args::DemoArgs;
+use crate::args::{DemoArg, DemoArgs};
 use crate::clock::StageClock;
 use crate::cloud::{Channel, Cloud};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::Finishing;
 use crate::interrupt::{self, Phase};
 use crate::machine;
 use crate::picture;
@@ -33,6 +34,13 @@ const FILES: [&str; 4] = ["demo.ply", "demo.glb", "demo.png", "demo.html"];
 
 /// Runs the verb.
 pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
+    match args.what {
+        DemoArg::Splash => show_splash(args, console),
+        DemoArg::Metaballs => super::demo_metaballs::run(args, console),
+    }
+}
+
+fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     let clock = StageClock::start();
     interrupt::listen();
     let [ply, glb, png, html] = FILES.map(|name| inside(&args.output_dir, name));
@@ -61,6 +69,7 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();
@@ -112,7 +121,8 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn inside(folder: &Path, name: &str) -> PathBuf {
+/// A file in a folder, without a leading dot.
+pub fn inside(folder: &Path, name: &str) -> PathBuf {
     if folder == Path::new(".") { name.into() } else { folder.join(name) }
 }
 

@@ -12,17 +12,22 @@
 pub(crate) mod adams;
 pub(crate) mod anisotropic;
 mod around;
+pub(crate) mod balls;
 mod centre;
+pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod falloff;
+pub(crate) mod function;
 pub(crate) mod kernel;
 pub(crate) mod metaball;
+pub(crate) mod noise;
 pub(crate) mod onderik;
 #[cfg(test)]
 pub(crate) mod scalar;
 pub(crate) mod solenthaler;
 pub(crate) mod sph;
 pub(crate) mod volume;
+pub(crate) mod warp;
 pub(crate) mod zhu_bridson;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};

@@ -5,4 +5,5 @@ pub(crate) mod eigen;
 pub(crate) mod jacobi;
 pub(crate) mod ranges;
 pub mod simd;
+pub(crate) mod union_find;
 pub(crate) mod vector;

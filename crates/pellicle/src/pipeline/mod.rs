@@ -5,9 +5,11 @@ mod chosen;
 mod contour;
 pub(crate) mod engine;
 mod surface;
+mod tetrahedra;
 
 pub use contour::{Contour, ContourParams, contour};
 pub use surface::{Chunk, Surface};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 
 use chosen::{Chosen, Moved};
 
