@@ -1,8 +1,11 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod fields;
 mod rivals;
 mod rosenberg;
+mod tetrahedra;
+mod walk;
 
 /// Counts bytes, so that tables can tell memory.
 #[global_allocator]
@@ -14,6 +17,9 @@ type Run = fn(&[String]) -> Result<(), String>;
 /// What can be measured: the verb, its arguments, and the function.
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("walk", "", walk::run),
+    ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
 ];
 

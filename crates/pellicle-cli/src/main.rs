@@ -12,6 +12,8 @@ mod commands;
 mod config;
 mod console;
 mod failure;
+mod field;
+mod finish;
 mod frame;
 mod interrupt;
 mod machine;
@@ -24,6 +26,7 @@ mod spray;
 mod surface;
 mod target;
 mod values;
+mod volume;
 mod watch;
 
 use std::process::ExitCode;
@@ -44,12 +47,14 @@ fn main() -> ExitCode {
     let console = Console::new(cli.verb.name(), cli.verb.talk());
     let result = match &cli.verb {
         Verb::Mesh(args) => commands::mesh::run(args, &console),
+        Verb::Contour(args) => commands::contour::run(args, &console),
         Verb::Convert(args) => commands::convert::run(args, &console),
         Verb::Info(args) => commands::info::run(args, &console),
         Verb::Check(args) => commands::check::run(args, &console),
         Verb::Render(args) => commands::render::run(args, &console),
         Verb::Demo(args) => commands::demo::run(args, &console),
         Verb::Formats(args) => commands::formats::run(args, &console),
+        Verb::Fields(args) => commands::fields::run(args, &console),
         Verb::Completions(args) => commands::manual::completions(args, &console),
         Verb::Man(args) => commands::manual::man(args, &console),
     };

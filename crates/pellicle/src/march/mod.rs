@@ -1,6 +1,8 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod levels;
 pub(crate) mod rows;
 pub mod slices;
 pub(crate) mod tables;
+pub(crate) mod tetrahedra;

@@ -6,6 +6,7 @@
 mod check;
 mod distance;
 mod quality;
+pub(crate) mod stars;
 
 pub use check::Report;
 pub use distance::{Comparison, Deviation};

@@ -1,6 +1,7 @@
 //! Road B: particles → blocks → columns → slices → sink, every frame.
 
 mod keep;
+mod levels;
 mod params;
 mod seams;
 #[cfg(test)]
@@ -8,7 +9,8 @@ mod tests;
 mod view;
 
 pub use keep::Reuse;
-pub use params::{Frame, Metaball, Params};
+pub use levels::Region;
+pub use params::{Frame, MOST_LEVELS, Metaball, Params};
 pub use view::{Sweep, View};
 
 use std::sync::Mutex;
@@ -86,6 +88,7 @@ pub struct Engine<K: Skin = Plain> {
     works: Vec<Mutex<Work<K::Corner>>>,
     keep: Keep<K::Vertex>,
     seams: Seams,
+    detail: levels::Detail<K>,
 }
 
 impl Engine {
@@ -124,6 +127,7 @@ impl<K: Skin> Engine<K> {
             works: Vec::new(),
             keep: Keep::default(),
             seams: Seams::default(),
+            detail: levels::Detail::default(),
         })
     }
 
@@ -199,16 +203,21 @@ impl<K: Skin> Engine<K> {
         let axes = self.prepare(&particles, &mut visible)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         // The paper's metaball of particles that do not differ has a march of its own; the others share one.
-        let any = match self.params.field {
-            Metaball::Triquet if !varied => return self.march(axes, &Radial::<_, false>(Triquet), sink),
+        if self.params.field == Metaball::Triquet && !varied {
+            return self.march(axes, &Radial::<_, false>(Triquet), sink);
+        }
+        self.march(axes, &Radial::<_, true>(self.falloff()), sink)
+    }
+
+    fn falloff(&self) -> Any {
+        match self.params.field {
             Metaball::Triquet => Any::Triquet,
             Metaball::Wyvill => Any::Wyvill,
             Metaball::InverseSquare { radius } => {
                 Any::InverseSquare(InverseSquare { radius_sq: (radius * radius) as f32 })
             }
             Metaball::Sph => Any::Spline,
-        };
-        self.march(axes, &Radial::<_, true>(any), sink)
+        }
     }
 
     /// As [`update`](Self::update), with a field of the user's in place of [`Params::field`].
@@ -310,6 +319,16 @@ impl<K: Skin> Engine<K> {
         });
     }
 
+    /// What vertices get.
+    fn shading(&self) -> Shading {
+        match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
+            (false, false) => Shading::None,
+            (true, false) => Shading::Normals,
+            (false, true) => Shading::Data,
+            (true, true) => Shading::NormalsAndData,
+        }
+    }
+
     fn march(
         &mut self,
         axes: Option<Axes>,
@@ -318,12 +337,7 @@ impl<K: Skin> Engine<K> {
     ) -> Result<Frame, Error> {
         let mut lap = Lap::new(self.clock);
         let origin = self.origin(self.params.block.map(|n| n as i32));
-        let shading = match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
-            (false, false) => Shading::None,
-            (true, false) => Shading::Normals,
-            (false, true) => Shading::Data,
-            (true, true) => Shading::NormalsAndData,
-        };
+        let shading = self.shading();
         let scene = Scene {
             blend,
             skin: &self.skin,
@@ -401,6 +415,7 @@ impl<K: Skin> Engine<K> {
         frame.particle_bytes = self.placed.len() * size_of::<Placed>() + self.blocks.bytes();
         frame.kept_bytes = if reuse { self.keep.bytes(frame.blocks) } else { 0 };
         frame.seam_bytes = self.seams.bytes();
+        frame.levels[0] = frame.blocks;
         sink.end()?;
         frame.times.surface = lap.next();
         Ok(frame)

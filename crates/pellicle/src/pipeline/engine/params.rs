@@ -113,6 +113,9 @@ impl Params {
     }
 }
 
+/// Number of levels of detail that there can be: cells of 1 to 32 times the spacing.
+pub const MOST_LEVELS: usize = 6;
+
 /// What one frame amounted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -123,6 +126,8 @@ pub struct Frame {
     pub blocks: usize,
     /// Those of them that had not changed and were used again; `counts` then tell of when they were marched.
     pub reused: usize,
+    /// Blocks at each level of detail.
+    pub levels: [usize; MOST_LEVELS],
     /// Vertices of the surface.
     pub vertices: usize,
     /// Triangles of the surface.
@@ -137,6 +142,6 @@ pub struct Frame {
     pub particle_bytes: usize,
     /// Bytes of the surfaces that are kept for [`Reuse::Unchanged`].
     pub kept_bytes: usize,
-    /// Bytes by which blocks find each other's vertices.
+    /// Bytes by which blocks find each other's vertices; with levels of detail, the signs of all their nodes.
     pub seam_bytes: usize,
 }
