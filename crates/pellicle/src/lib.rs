@@ -49,6 +49,7 @@ mod stats;
 pub use error::Error;
 pub use field::volume::{Border, Samples, Volume};
 pub use lookup::isolated::{IsolationParams, isolated};
+pub use march::resolve::Level;
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};

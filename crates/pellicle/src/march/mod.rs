@@ -1,5 +1,6 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod resolve;
 pub(crate) mod rows;
 pub(crate) mod tables;

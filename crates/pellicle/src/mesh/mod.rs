@@ -5,9 +5,11 @@
 
 mod check;
 mod distance;
+mod normals;
 mod quality;
 
 pub use check::Report;
+pub(crate) use normals::face_normals;
 pub use distance::{Comparison, Deviation};
 pub use quality::{Quality, Summary, VALENCE_END};
 
