@@ -176,6 +176,35 @@ def test_trimesh_reads_stl_obj_and_ply(pellicle, out, mesh, witness):
         witness(name, "mesh out", trimesh)
 
 
+def test_colours_are_those_of_each_format(pellicle, out, witness):
+    """Bytes in PLY, `red green blue alpha`; parts from 0 to 1 elsewhere, under each format's own name."""
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    colors = np.random.default_rng(1).integers(0, 256, (len(ball.vertices), 4)).astype(np.uint8)
+    ball.visual.vertex_colors = colors
+    for encoding in ("binary", "ascii"):
+        ball.export(out / f"{encoding}.ply", encoding=encoding)
+        convert(pellicle, out / f"{encoding}.ply", out / "a.glb")
+        convert(pellicle, out / "a.glb", out / "a.ply")
+        found = trimesh.load(out / "a.ply", process=False)
+        assert np.array_equal(found.visual.vertex_colors, colors)
+        assert np.array_equal(trimesh.load(out / "a.glb", process=False, force="mesh").visual.vertex_colors, colors)
+    witness("PLY", "mesh in", trimesh, "colours")
+    witness("PLY", "mesh out", trimesh, "colours")
+    points = out / "points.ply"
+    table = np.zeros(5, [(name, "<f4") for name in "xyz"])
+    write_ply(points, [("vertex", table)])
+    text = points.read_bytes().replace(b"end_header", b"property uchar red\nproperty uchar green\nproperty uchar blue\nend_header")
+    head, _, _ = text.partition(b"end_header\n")
+    points.write_bytes(head + b"end_header\n" + b"".join(bytes(12) + bytes(colors[i, :3]) for i in range(5)))
+    convert(pellicle, points, out / "a.bgeo")
+    assert b"\x00\x02Cd\x00\x03" in (out / "a.bgeo").read_bytes()
+    convert(pellicle, out / "a.bgeo", out / "a.npz")
+    np.testing.assert_allclose(np.load(out / "a.npz")["color"], colors[:5, :3] / 255, atol=1e-6)
+    convert(pellicle, out / "a.bgeo", out / "b.ply")
+    back = PlyData.read(out / "b.ply")["vertex"].data
+    assert np.array_equal(np.stack([back["red"], back["green"], back["blue"]], axis=1), colors[:5, :3])
+
+
 def test_trimesh_reads_glb_in_metres_with_y_up(pellicle, out, mesh, witness):
     source, expected, faces = mesh
     convert(pellicle, source, out / "a.glb")

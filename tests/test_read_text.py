@@ -85,13 +85,29 @@ def test_numpy_archive_of_three_columns(pellicle, tmp_path, cloud):
     assert_holds(info(pellicle, tmp_path / "a.npz"), cloud[0], density=cloud[2])
 
 
+def test_numpy_archive_of_columns_that_make_vectors(pellicle, tmp_path, cloud):
+    names = dict(zip(["x", "y", "z", "vx", "vy", "vz"], np.hstack(cloud[:2]).T))
+    np.savez_compressed(tmp_path / "a.npz", **names, density=cloud[2])
+    assert_holds(info(pellicle, tmp_path / "a.npz"), cloud[0], velocity=cloud[1], density=cloud[2])
+
+
+def test_numpy_archive_of_one_wide_array(pellicle, tmp_path, cloud):
+    np.savez(tmp_path / "a.npz", data=np.hstack([*cloud[:2], cloud[2][:, None]]), dt=0.1)
+    assert_holds(info(pellicle, tmp_path / "a.npz"), cloud[0], velocity=cloud[1], density=cloud[2])
+
+
+def test_transposed_numpy_array_is_told(pellicle, tmp_path, cloud):
+    np.save(tmp_path / "a.npy", np.ascontiguousarray(cloud[0].T))
+    assert_failed(pellicle("info", tmp_path / "a.npy"), "[3, 500]", "array.T")
+
+
 def test_numpy_archive_with_two_candidates_is_refused(pellicle, tmp_path, cloud):
     np.savez(tmp_path / "a.npz", a=cloud[0], b=cloud[1])
     assert_failed(pellicle("info", tmp_path / "a.npz"), "a.npz", "a [500, 3]", "b [500, 3]")
 
 
 @pytest.mark.witness("CSV", "particles in", "numpy", "any separator")
-@pytest.mark.parametrize("delimiter", [" ", ",", ";", "\t"])
+@pytest.mark.parametrize("delimiter", [" ", ",", ";", "\t", "|", ":"])
 @pytest.mark.parametrize("ending", [".csv", ".txt", ".dat", ".xyz", ".csv.gz"])
 def test_numpy_savetxt(pellicle, tmp_path, cloud, delimiter, ending):
     path = tmp_path / f"a{ending}"
@@ -110,6 +126,15 @@ def test_pandas(pellicle, tmp_path, cloud, options):
     table.loc[3, "density"] = np.nan
     table.to_csv(tmp_path / "a.csv", **options)
     assert_holds(info(pellicle, tmp_path / "a.csv"), positions, velocity=velocities, density=np.delete(densities, 3))
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|", "/"])
+def test_names_with_units(pellicle, tmp_path, cloud, delimiter):
+    names = ["Pos.x [m]", "Pos.y [m]", "Pos.z [m]", "Vel.x [m/s]", "Vel.y [m/s]", "Vel.z [m/s]"]
+    if delimiter == "/":
+        names = ["x(m)", "y(m)", "z(m)", "vx", "vy", "vz"]
+    np.savetxt(tmp_path / "a.csv", np.hstack(cloud[:2]), delimiter=delimiter, header=delimiter.join(names), comments="")
+    assert_holds(info(pellicle, tmp_path / "a.csv"), cloud[0], velocity=cloud[1])
 
 
 def atoms(cloud, cell):

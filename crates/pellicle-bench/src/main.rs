@@ -1,12 +1,21 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod rivals;
+mod rosenberg;
+
+/// Counts bytes, so that tables can tell memory.
+#[global_allocator]
+static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
 
 /// A measurement: takes its arguments in words.
 type Run = fn(&[String]) -> Result<(), String>;
 
 /// What can be measured: the verb, its arguments, and the function.
-const VERBS: &[(&str, &str, Run)] = &[("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run)];
+const VERBS: &[(&str, &str, Run)] = &[
+    ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
+];
 
 fn main() -> std::process::ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use pellicle_io::printable;
 use serde_json::{Value, json};
 
 use crate::args::Talk;
@@ -49,13 +50,13 @@ impl Console {
     /// Something that the user should know although the work goes on.
     pub fn warn(&self, warning: impl Into<String>) {
         let warning = warning.into();
-        self.beside_bar(|| drop(writeln!(stderr(), "warning: {warning}")));
+        self.beside_bar(|| drop(writeln!(stderr(), "warning: {}", plain(&warning))));
         self.warnings().push(warning);
     }
 
     /// A frame of a sequence failed, and the others go on.
     pub fn frame_failed(&self, failure: &Failure) {
-        self.beside_bar(|| drop(writeln!(stderr(), "error: {failure}")));
+        self.beside_bar(|| drop(writeln!(stderr(), "error: {}", plain(failure))));
     }
 
     /// From now on the frames of a sequence are counted.
@@ -118,7 +119,7 @@ impl Console {
 
     /// Why the run ends; with `--json` also as a report, unless the result is out already.
     pub fn fail(&self, failure: &Failure) {
-        let _ = writeln!(stderr(), "error: {failure}");
+        let _ = writeln!(stderr(), "error: {}", plain(failure));
         if !self.reported.load(Ordering::Relaxed) {
             self.report(|| json!({"error": failure.to_string(), "exit_code": failure.exit_code()}));
         }
@@ -129,6 +130,7 @@ impl Console {
     }
 
     fn line(&self, line: impl Display) {
+        let line = plain(line);
         self.beside_bar(|| {
             let _ = if self.talk.json { writeln!(stderr(), "{line}") } else { writeln!(stdout(), "{line}") };
         });
@@ -145,4 +147,9 @@ impl Console {
     fn progress(&self) -> MutexGuard<'_, Option<ProgressBar>> {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Text without anything that would steer the terminal: names come from files and folders of any origin.
+fn plain(text: impl Display) -> String {
+    text.to_string().split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }

@@ -36,6 +36,10 @@ pub(crate) enum Values<'a> {
     Rounded(&'a [i64]),
     /// In single precision in memory, written in double precision.
     Widened(&'a [f32]),
+    /// Parts of a colour from 0 to 1, written as bytes up to 255. What is beyond is cut off.
+    Unit(&'a [f32]),
+    /// The same in double precision in memory.
+    UnitDouble(&'a [f64]),
     /// `start`, `start + step`, …: the given number of them, of 32 bits.
     Count {
         start: u32,
@@ -58,7 +62,7 @@ impl<'a> Values<'a> {
     /// The type in the file.
     pub(crate) fn scalar(self) -> Scalar {
         match self {
-            Values::Repeated(..) => Scalar::U8,
+            Values::Repeated(..) | Values::Unit(_) | Values::UnitDouble(_) => Scalar::U8,
             Values::U32(_) | Values::Count { .. } => Scalar::U32,
             Values::I32(_) | Values::Short(_) => Scalar::I32,
             Values::I64(_) | Values::LongCount { .. } => Scalar::I64,
@@ -72,8 +76,12 @@ impl<'a> Values<'a> {
             Values::U32(v) => v.len(),
             Values::I32(v) => v.len(),
             Values::I64(v) | Values::Short(v) | Values::Rounded(v) => v.len(),
-            Values::F32(v) | Values::World(v, _) | Values::NarrowedWorld(v, _) | Values::Widened(v) => v.len(),
-            Values::F64(v) | Values::Narrowed(v) => v.len(),
+            Values::F32(v)
+            | Values::World(v, _)
+            | Values::NarrowedWorld(v, _)
+            | Values::Widened(v)
+            | Values::Unit(v) => v.len(),
+            Values::F64(v) | Values::Narrowed(v) | Values::UnitDouble(v) => v.len(),
             Values::Count { len, .. } | Values::LongCount { len, .. } => len,
             Values::Repeated(_, len) | Values::Constant(_, len) => len,
         }
@@ -131,6 +139,8 @@ impl<'a> Values<'a> {
             Values::Widened(v) => copy!(v[range].iter().map(|&x| f64::from(x))),
             Values::Short(v) => copy!(v[range].iter().map(|&x| x as i32)),
             Values::Rounded(v) => copy!(v[range].iter().map(|&x| x as f64)),
+            Values::Unit(v) => copy!(v[range].iter().map(|&x| unit_to_byte(x))),
+            Values::UnitDouble(v) => copy!(v[range].iter().map(|&x| unit_to_byte(x as f32))),
             Values::Count { start, step, .. } => copy!(range.map(|i| start + step * i as u32)),
             Values::LongCount { start, step, .. } => copy!(range.map(|i| start + step * i as u64)),
             Values::Repeated(byte, _) => copy!(range.map(|_| byte)),
@@ -151,6 +161,8 @@ impl<'a> Values<'a> {
             Values::World(v, origin) => write!(out, "{:?}", origin[i % 3] + f64::from(v[i])),
             Values::Narrowed(v) => write!(out, "{:?}", v[i] as f32),
             Values::NarrowedWorld(v, origin) => write!(out, "{:?}", (origin[i % 3] + f64::from(v[i])) as f32),
+            Values::Unit(v) => write!(out, "{}", unit_to_byte(v[i])),
+            Values::UnitDouble(v) => write!(out, "{}", unit_to_byte(v[i] as f32)),
             Values::Count { start, step, .. } => write!(out, "{}", start + step * i as u32),
             Values::LongCount { start, step, .. } => write!(out, "{}", start + step * i as u64),
             Values::Repeated(byte, _) => write!(out, "{byte}"),
@@ -166,6 +178,15 @@ impl<'a> Values<'a> {
             }
             Values::F64(v) | Values::Narrowed(v) => first(v, |x| !x.is_finite()),
             _ => None,
+        }
+    }
+
+    /// Parts of a colour as bytes. Integers stay.
+    pub(crate) fn color_bytes(self) -> Values<'a> {
+        match self {
+            Values::F32(v) => Values::Unit(v),
+            Values::F64(v) => Values::UnitDouble(v),
+            other => other,
         }
     }
 
@@ -193,6 +214,16 @@ impl<'a> Values<'a> {
             other => other,
         }
     }
+}
+
+/// The byte that stands for a part of a colour; NaN is 0.
+pub(crate) fn unit_to_byte(part: f32) -> u8 {
+    (part * 255.0).round() as u8
+}
+
+/// Whether bytes cannot tell these parts of colours, so that something is lost.
+pub(crate) fn exceeds_bytes(parts: &[f32]) -> bool {
+    first(parts, |&part| f32::from(unit_to_byte(part)) / 255.0 != part).is_some()
 }
 
 /// The index of the first item that `is_wanted`. Whole parts are asked, since a question an item costs more than the item.

@@ -9,7 +9,9 @@ use crate::formats::catalog::{Format, Row};
 use crate::formats::detect;
 use crate::formats::ply;
 use crate::formats::vtk::{CellKind, Reader, Section};
-use crate::particles::{Particles, ReadOptions};
+use crate::formats::vtkxml::XmlFile;
+use crate::formats::vtkxml::document::Kind;
+use crate::particles::{Particles, ReadOptions, read_by};
 use crate::source::Source;
 
 /// What a file holds.
@@ -33,13 +35,15 @@ pub fn read_content(path: &Path, options: &ReadOptions) -> Result<Content, Error
     let row = detect::content(path)?;
     match (row.read_mesh, row.read_particles) {
         (Some(read), None) => filter(path, read(path)?, options).map(Content::Mesh),
-        (None, Some(read)) => read(path, options).map(Content::Particles),
+        (None, Some(read)) => read_by(read, path, options).map(Content::Particles),
         (Some(read_mesh), Some(read_particles)) => match has_faces(path, row)? {
             Some(true) => filter(path, read_mesh(path)?, options).map(Content::Mesh),
-            Some(false) => read_particles(path, options).map(Content::Particles),
+            Some(false) => read_by(read_particles, path, options).map(Content::Particles),
             None => match read_mesh(path) {
                 Ok(mesh) if !mesh.triangles.is_empty() => filter(path, mesh, options).map(Content::Mesh),
-                _ => read_particles(path, options).map(Content::Particles),
+                // The points of a damaged surface shall not pass for particles.
+                Err(error) if announces_faces(path) => Err(error),
+                _ => read_by(read_particles, path, options).map(Content::Particles),
             },
         },
         (None, None) => Err(Error::Unsupported { path: path.into(), what: format!("{} is not read", row.name) }),
@@ -60,10 +64,26 @@ fn has_faces(path: &Path, row: &Row) -> Result<Option<bool>, Error> {
     }
 }
 
+/// Kinds of cells from here on are triangles, strips, polygons, pixels and quads; and solids, which the mesh reader
+/// refuses by name.
+const FIRST_FACE: i64 = 5;
+
+/// Whether a VTK XML file says that there are faces, or does not get to say it although it would. Files of particles
+/// without cells, or with points for cells however wrong, do not.
+fn announces_faces(path: &Path) -> bool {
+    let Ok(file) = XmlFile::open_grid(path) else { return false };
+    let is_grid = file.document().kind == Kind::UnstructuredGrid;
+    file.document().pieces.iter().any(|piece| match &piece.cells.types {
+        Some(types) if is_grid => match file.indices(Some(types), piece.cells.count, "types") {
+            Ok(types) => (0..types.len()).any(|i| types.get(i) >= FIRST_FACE),
+            Err(_) => true,
+        },
+        _ => !is_grid && piece.cells.count + piece.strips.count > 0,
+    })
+}
+
 /// Walks over the sections. In binary files their data are stepped over without being read.
 fn has_faces_vtk(path: &Path) -> Result<bool, Error> {
-    /// Triangles, strips, polygons, pixels and quads; solid cells, too, which the mesh reader refuses by name.
-    const FIRST_FACE: i64 = 5;
     let mut reader = Reader::open(path)?;
     let mut has_faces = false;
     while let Some(section) = reader.next()? {

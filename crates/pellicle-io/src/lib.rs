@@ -47,7 +47,7 @@ mod source;
 mod table;
 
 pub use content::{Content, read_content};
-pub use error::{Error, Place};
+pub use error::{Error, Place, printable};
 pub use formats::catalog::{Format, FormatInfo, formats};
 pub use formats::names::canonical as canonical_name;
 pub use meshes::{

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use common::{Folder, read};
 use files::mesh_files;
 use files::samples::{self, COUNT};
-use pellicle_io::{formats, read_mesh};
+use pellicle_io::{Content, WriteOptions, formats, read_content, read_mesh, write_mesh};
 use pellicle_scenes::Random;
 
 /// Reads a damaged file in every way there is; it may fail.
@@ -90,6 +90,24 @@ fn meshes_cut_short_are_never_meshes() {
                 // VTK's point data may be missing as a whole.
                 assert_eq!((name, mesh.triangles.len()), ("mesh.vtk", 28), "{name} cut at {i}/50");
             }
+        }
+    }
+}
+
+/// Points, attributes and cells of a surface stand in this order, so much of it is there long before the faces are.
+#[test]
+fn surfaces_cut_short_do_not_pass_for_particles() {
+    let folder = Folder::new();
+    let mut files: Vec<(&str, Vec<u8>)> = mesh_files(&folder);
+    let mesh = read_mesh(&folder.write("whole.ply", &files[0].1)).expect("a mesh");
+    for name in ["ours.vtu", "ours.vtp"] {
+        write_mesh(&folder.join(name), &mesh, &WriteOptions::default()).expect(name);
+        files.push((name, std::fs::read(folder.join(name)).expect(name)));
+    }
+    for (name, bytes) in files.into_iter().filter(|(name, _)| !name.ends_with("obj")) {
+        for cut in (0..bytes.len()).step_by(23) {
+            let content = read_content(&folder.write(name, &bytes[..cut]), &common::all());
+            assert!(!matches!(content, Ok(Content::Particles(_))), "{name} cut at {cut} of {}", bytes.len());
         }
     }
 }

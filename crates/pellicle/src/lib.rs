@@ -30,8 +30,20 @@
 //!
 //! The library prints nothing, reads no clock and starts no threads of its own: it runs in the current rayon pool.
 
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
 pub mod mesh;
 pub mod particles;
+pub mod sink;
+
+/// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
+pub mod realtime {
+    pub use crate::{
+        march::slices::{Counts, Neighbour, Neighbours, Plain, Seeds, Skin},
+        pipeline::engine::{Engine, Frame, Metaball, Params, Particles},
+    };
+}
 
 mod bricks;
 mod error;

@@ -16,7 +16,12 @@ const GCONVERT: &str =
     "convert it by Houdini's command gconvert IN OUT.bhclassic, or save it as classic .bhclassic or as .ply";
 
 static FOREIGN: &[Foreign] = &[
-    Foreign { what: "Houdini's compressed geometry", endings: &[".bgeo.sc", ".geo.sc"], magic: &[], convert: GCONVERT },
+    Foreign {
+        what: "Houdini's compressed geometry",
+        endings: &[".bgeo.sc", ".geo.sc"],
+        magic: &[b"scf1"],
+        convert: GCONVERT,
+    },
     Foreign {
         what: "Houdini's newer, JSON-based geometry",
         endings: &[".geo", ".geo.gz"],
@@ -40,8 +45,9 @@ static FOREIGN: &[Foreign] = &[
         what: "USD",
         endings: &[".usd", ".usda", ".usdc", ".usdz"],
         magic: &[b"PXR-USDC", b"#usda"],
-        convert: "write the points as .npy by Python with usd-core: numpy.save(\"OUT.npy\", UsdGeom.Points(Usd.Stage.Open(\
-                  \"IN.usd\").GetPrimAtPath(\"/PRIM\")).GetPointsAttr().Get(TIME))",
+        convert: "write the points as .npy by Python with usd-core: import numpy; from pxr import Usd, UsdGeom; \
+                  stage = Usd.Stage.Open(\"IN.usd\"); numpy.save(\"OUT.npy\", UsdGeom.Points(stage.GetPrimAtPath(\
+                  \"/PRIM\")).GetPointsAttr().Get(TIME))",
     },
     Foreign {
         what: "OpenVDB",

@@ -73,17 +73,37 @@ pub(crate) fn from_gltf(name: &str, components: usize) -> String {
     }
 }
 
-/// Finds out what the columns of a table (a PLY element, a CSV file) mean by their names.
+/// Triples of columns that make one vector. The fourth name, where it is there, is a fourth component.
+const TRIPLES: [(&str, [&str; 3], &str); 5] = [
+    ("velocity", ["vx", "vy", "vz"], ""),
+    ("velocity", ["velx", "vely", "velz"], ""),
+    ("normal", ["nx", "ny", "nz"], ""),
+    ("color", ["red", "green", "blue"], "alpha"),
+    ("color", ["r", "g", "b"], "a"),
+];
+
+/// Positions, the usual names first.
+const POSITIONS: [[&str; 3]; 3] = [["x", "y", "z"], ["posx", "posy", "posz"], ["px", "py", "pz"]];
+
+/// Finds out what the columns of a table (a PLY element, a CSV file) mean by their names. Units behind a name, as in
+/// `Pos.x [m]` or `X (m)`, do not count.
 pub(crate) fn group(names: &[String]) -> Groups {
-    let lower: Vec<String> = names.iter().map(|n| n.to_ascii_lowercase()).collect();
-    let mut position = triple(&lower, ["x", "y", "z"]);
-    let mut attributes = Vec::new();
+    let names: Vec<&str> = names.iter().map(|name| without_unit(name)).collect();
+    let lower: Vec<String> = names.iter().map(|name| name.to_ascii_lowercase()).collect();
+    let find = |wanted: &str| lower.iter().position(|name| name == wanted);
+    let triple = |[x, y, z]: [&str; 3]| Some([find(x)?, find(y)?, find(z)?]);
+    let mut position = POSITIONS.into_iter().find_map(triple);
+    let mut attributes: Vec<Group> = Vec::new();
     let mut taken = vec![false; names.len()];
     take(&mut taken, position.as_ref().map_or(&[], |p| p));
-    for (name, columns) in [("velocity", ["vx", "vy", "vz"]), ("normal", ["nx", "ny", "nz"])] {
-        if let Some(found) = triple(&lower, columns) {
-            take(&mut taken, &found);
-            attributes.push(Group { name: name.into(), original: name.into(), columns: found.into() });
+    for (name, columns, fourth) in TRIPLES {
+        if let Some(found) = triple(columns)
+            && found.iter().all(|&column| !taken[column])
+            && attributes.iter().all(|group| group.name != name)
+        {
+            let columns: Vec<usize> = found.into_iter().chain(find(fourth)).collect();
+            take(&mut taken, &columns);
+            attributes.push(Group { name: name.into(), original: name.into(), columns });
         }
     }
     for i in 0..names.len() {
@@ -91,8 +111,8 @@ pub(crate) fn group(names: &[String]) -> Groups {
             continue;
         }
         let (base, columns) = run(&lower, i);
-        if let (None, "points" | "point" | "position" | "positions", Ok(found)) =
-            (position, base, <[usize; 3]>::try_from(columns.as_slice()))
+        if let (None, Ok(found)) = (position, <[usize; 3]>::try_from(columns.as_slice()))
+            && (is_position(base) || matches!(base, "p" | "x"))
         {
             take(&mut taken, &found);
             position = Some(found);
@@ -106,24 +126,47 @@ pub(crate) fn group(names: &[String]) -> Groups {
     Groups { position, attributes }
 }
 
+/// The attributes that columns make which do not hold positions.
+pub(crate) fn group_attributes(names: &[String]) -> Vec<Group> {
+    // Position columns are found first, so with some in front no other are taken for them.
+    let all: Vec<String> = ["x", "y", "z"].map(String::from).into_iter().chain(names.iter().cloned()).collect();
+    let mut groups = group(&all).attributes;
+    groups.iter_mut().flat_map(|group| &mut group.columns).for_each(|column| *column -= 3);
+    groups
+}
+
 fn take(taken: &mut [bool], columns: &[usize]) {
     for &column in columns {
         taken[column] = true;
     }
 }
 
-fn triple(names: &[String], wanted: [&str; 3]) -> Option<[usize; 3]> {
-    let find = |name: &str| names.iter().position(|n| n == name);
-    Some([find(wanted[0])?, find(wanted[1])?, find(wanted[2])?])
+/// A column's name without the unit behind it. What stands in brackets and is a component is none.
+fn without_unit(name: &str) -> &str {
+    let name = name.trim();
+    let close = if name.ends_with(']') { '[' } else { '(' };
+    match name.rfind(close) {
+        Some(open) if name.ends_with([']', ')']) && open > 0 && !is_component(&name[open + 1..name.len() - 1]) => {
+            name[..open].trim_end()
+        }
+        _ => name,
+    }
+}
+
+fn is_component(text: &str) -> bool {
+    matches!(text, "x" | "y" | "z" | "X" | "Y" | "Z") || !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
 }
 
 /// A vector that begins with column `first`: columns in a row whose names differ by their component's suffix only.
 fn run(names: &[String], first: usize) -> (&str, Vec<usize>) {
-    let suffixes: [(&str, &dyn Fn(usize) -> String); 4] = [
+    let suffixes: [(&str, &dyn Fn(usize) -> String); 7] = [
         ("_0", &|i| format!("_{i}")),
         (":0", &|i| format!(":{i}")),
+        ("[0]", &|i| format!("[{i}]")),
         ("_x", &|i| format!("_{}", axis(i))),
         (".x", &|i| format!(".{}", axis(i))),
+        (":x", &|i| format!(":{}", axis(i))),
+        ("[x]", &|i| format!("[{}]", axis(i))),
     ];
     let name = names[first].as_str();
     for (start, suffix) in suffixes {
@@ -197,6 +240,34 @@ mod tests {
         assert_eq!(foreign(Format::Bgeo, "radius", 1), "pscale");
         assert_eq!(foreign(Format::Glb, "velocity", 3), "_VELOCITY");
         assert_eq!(foreign(Format::Glb, "", 1), "_UNNAMED");
+    }
+
+    #[test]
+    fn units_and_brackets_are_understood() {
+        for columns in [
+            ["Pos.x [m]", "Pos.y [m]", "Pos.z [m]", "Vel.x [m/s]", "Vel.y [m/s]", "Vel.z [m/s]"],
+            ["X (m)", "Y (m)", "Z (m)", "VelX", "VelY", "VelZ"],
+            ["P[x]", "P[y]", "P[z]", "v[x]", "v[y]", "v[z]"],
+            ["P.x", "P.y", "P.z", "v[0] (m/s)", "v[1] (m/s)", "v[2] (m/s)"],
+            ["pos_x", "pos_y", "pos_z", "vx", "vy", "vz"],
+            ["px", "py", "pz", "v:x", "v:y", "v:z"],
+        ] {
+            let expected = vec![("velocity".to_owned(), vec![3, 4, 5])];
+            assert_eq!(found(&columns), (Some([0, 1, 2]), expected), "{columns:?}");
+        }
+        let (position, attributes) = found(&["x", "y", "z", "px", "py", "pz", "Rhop [kg/m^3]", "[m]"]);
+        assert_eq!(position, Some([0, 1, 2]));
+        let names: Vec<&str> = attributes.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["px", "py", "pz", "Rhop", "[m]"]);
+    }
+
+    #[test]
+    fn colours_are_joined_with_their_opacity() {
+        let colored = |columns: &[usize]| vec![("color".to_owned(), columns.to_vec())];
+        assert_eq!(found(&["red", "green", "blue", "x", "y", "z"]).1, colored(&[0, 1, 2]));
+        assert_eq!(found(&["x", "y", "z", "red", "green", "blue", "alpha"]).1, colored(&[3, 4, 5, 6]));
+        // A radius alone is no colour.
+        assert_eq!(found(&["x", "y", "z", "r"]).1, [("r".to_owned(), vec![3])]);
     }
 
     #[test]

@@ -28,7 +28,7 @@ pub(super) fn push_polygon(triangles: &mut Vec<[u32; 3]>, corners: &[i64], verti
 pub(super) fn mesh(points: Particles, triangles: Vec<[u32; 3]>) -> Mesh {
     let (origin, vertices) = place(points.positions);
     let mut mesh = Mesh { origin, vertices, triangles, ..Mesh::default() };
-    for attribute in points.attributes {
+    for attribute in points.attributes.into_iter().map(ParticleAttribute::with_unit_colors) {
         let ParticleAttribute { name, components, .. } = &attribute;
         if name == "normal" && *components == 3 && mesh.normals.is_empty() {
             mesh.normals = attribute.to_f32().as_chunks().0.to_vec();

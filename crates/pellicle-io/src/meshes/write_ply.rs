@@ -19,6 +19,7 @@ use rayon::prelude::*;
 
 use super::WriteOptions;
 use super::temporary::Temporary;
+use crate::columns::{exceeds_bytes, unit_to_byte};
 use crate::error::Error;
 use crate::output::Written;
 use crate::positional::{reserve, write_all_at};
@@ -41,10 +42,10 @@ pub struct PlyLayout {
     pub triangle_count: u64,
     /// Whether each vertex has a normal.
     pub normals: bool,
-    /// Name and number of components of each attribute. `velocity` with three becomes `vx vy vz`, any other vector
-    /// `NAME_0 NAME_1 …`.
+    /// Name and number of components of each attribute. `velocity` with three becomes `vx vy vz`, `color` with three or
+    /// four `red green blue alpha` in bytes, any other vector `NAME_0 NAME_1 …`.
     pub attributes: Vec<(String, usize)>,
-    /// Whether positions are written in double precision; everything else is in single precision.
+    /// Whether positions are written in double precision; everything else but colours is in single precision.
     pub double: bool,
     /// Added to every position.
     pub origin: [f64; 3],
@@ -86,7 +87,9 @@ impl PlyFile {
             let (needed, available) = (components as u64, MAX_COMPONENTS as u64);
             return Err(Error::TooLarge { path: path.into(), what: "values per vertex", needed, available });
         }
-        let stride = (if layout.double { 24 } else { 12 }) + (if layout.normals { 12 } else { 0 }) + 4 * components;
+        let attributes: usize =
+            layout.attributes.iter().map(|(name, components)| components * value_size(name, *components)).sum();
+        let stride = (if layout.double { 24 } else { 12 }) + (if layout.normals { 12 } else { 0 }) + attributes;
         let temporary = Temporary::create(path)?;
         let header = header(layout);
         let len = header.len() as u64 + data_len(layout, stride);
@@ -129,10 +132,15 @@ impl PlyFile {
                 self.format_floats(normals[range.clone()].as_flattened(), 3, at, bytes);
                 at += 12;
             }
-            for ((_, components), values) in self.layout.attributes.iter().zip(attributes) {
+            for ((name, components), values) in self.layout.attributes.iter().zip(attributes) {
                 let values = &values[range.start * components..range.end * components];
-                self.format_floats(values, *components, at, bytes);
-                at += 4 * components;
+                let size = value_size(name, *components);
+                if size == 1 {
+                    self.format_bytes(values, *components, at, bytes);
+                } else {
+                    self.format_floats(values, *components, at, bytes);
+                }
+                at += size * components;
             }
             self.write(bytes, offset + (from * self.stride) as u64)?;
         }
@@ -212,6 +220,15 @@ impl PlyFile {
         }
     }
 
+    /// The same for colours.
+    fn format_bytes(&self, values: &[f32], components: usize, at: usize, bytes: &mut [u8]) {
+        for (to, values) in bytes.chunks_exact_mut(self.stride).zip(values.chunks_exact(components)) {
+            for (to, &value) in to[at..].iter_mut().zip(values) {
+                *to = unit_to_byte(value);
+            }
+        }
+    }
+
     fn check_vertices(&self, first: u64, count: usize, normals: usize, attributes: &[&[f32]]) -> Result<(), Error> {
         self.check_range("the range of vertices", first, count, self.layout.vertex_count)?;
         self.check_length("the list of normals", normals, if self.layout.normals { count } else { 0 })?;
@@ -254,7 +271,8 @@ fn header(layout: &PlyLayout) -> String {
     }
     for (name, components) in &layout.attributes {
         for property in property_names(name, *components, layout.normals) {
-            let _ = writeln!(text, "property float {property}");
+            let kind = if value_size(name, *components) == 1 { "uchar" } else { "float" };
+            let _ = writeln!(text, "property {kind} {property}");
         }
     }
     // The bytes of an index are the same; int is what most programs expect.
@@ -264,11 +282,22 @@ fn header(layout: &PlyLayout) -> String {
     text
 }
 
+/// Whether an attribute is a colour, which PLY has in bytes: that is what other programs read.
+pub(crate) fn is_color(name: &str, components: usize) -> bool {
+    name == "color" && matches!(components, 3 | 4)
+}
+
+/// Bytes of a number of an attribute.
+fn value_size(name: &str, components: usize) -> usize {
+    if is_color(name, components) { 1 } else { 4 }
+}
+
 /// The names of an attribute's components: single words, none of which is that of a coordinate.
 pub(crate) fn property_names(name: &str, components: usize, has_normals: bool) -> Vec<String> {
     let word: String = name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
     match (word.as_str(), components) {
         ("velocity", 3) => ["vx", "vy", "vz"].map(String::from).into(),
+        ("color", 3 | 4) => ["red", "green", "blue", "alpha"][..components].iter().map(|&part| part.into()).collect(),
         ("normal", 3) if !has_normals => ["nx", "ny", "nz"].map(String::from).into(),
         ("", 1) => vec!["unnamed".into()],
         ("x" | "y" | "z" | "nx" | "ny" | "nz", 1) => vec![format!("{word}_value")],
@@ -302,5 +331,6 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
         file.write_triangles((i * TASK) as u64, triangles, buffer)
     })?;
     file.finish()?;
-    Ok(Written::default())
+    let lost = mesh.attributes.iter().filter(|a| is_color(&a.name, a.components) && exceeds_bytes(&a.values));
+    Ok(Written { narrowed: lost.map(|a| a.name.clone()).collect(), ..Written::default() })
 }

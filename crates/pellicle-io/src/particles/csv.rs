@@ -1,7 +1,7 @@
 //! Tables in text: CSV and its relatives.
 //!
-//! The separator is the first of semicolon, tab, comma and blank that occurs in the first row; where it is not the
-//! comma, a comma is a decimal mark. If the first row holds anything but numbers it names the columns: x, y, z in any
+//! The separator is the first of semicolon, tab, bar, comma and blank that occurs in the first row, or else the first
+//! character that stands in no name and no number; where it is not the comma, a comma is a decimal mark. If the first row holds anything but numbers it names the columns: x, y, z in any
 //! case (or ParaView's `Points:0` and so on) are the position, vx, vy, vz the velocity. Without names the first three
 //! columns are the position, and the further ones `column3` and so on. Lines that begin with `#` or `%` are comments,
 //! except that the first may name the columns. A column that holds no number in its first row is passed over; an empty
@@ -110,7 +110,10 @@ fn next_row(source: &mut Source<'_>) -> Result<Option<Vec<u8>>, Error> {
 }
 
 fn separator(row: &[u8]) -> Separator {
-    let found = [b';', b'\t', b','].into_iter().find(|byte| row.contains(byte));
+    let usual = [b';', b'\t', b'|', b',', b' '].into_iter().find(|byte| row.contains(byte));
+    let unusual =
+        || row.iter().copied().find(|b| b.is_ascii() && !b.is_ascii_alphanumeric() && !b"+-._\"'[]()".contains(b));
+    let found = usual.or_else(unusual).filter(|&byte| byte != b' ');
     // Blanks and tabs may be mixed, or several tabs align numbers, unless there are names.
     let has_blanks = |field: &[u8]| field.is_empty() || field.iter().any(u8::is_ascii_whitespace);
     match found {

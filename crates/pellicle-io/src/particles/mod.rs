@@ -34,6 +34,7 @@ use std::path::Path;
 use pellicle::Positions;
 
 use crate::error::Error;
+use crate::formats::catalog::ReadParticles;
 use crate::formats::detect;
 use crate::meshes::WriteOptions;
 use crate::output::Written;
@@ -112,7 +113,8 @@ impl AttributeValues {
 /// A values-per-particle channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticleAttribute {
-    /// The name, translated: Houdini's `v`, `N`, `Cd` and `pscale` are `velocity`, `normal`, `color` and `radius`.
+    /// The name, translated: Houdini's `v`, `N`, `Cd` and `pscale` are `velocity`, `normal`, `color` and `radius`. Colours
+    /// count from 0 to 1.
     pub name: String,
     /// Numbers per particle: 1 for a scalar, 3 for a vector.
     pub components: usize,
@@ -130,6 +132,37 @@ impl ParticleAttribute {
             AttributeValues::I64(values) => values.iter().map(|&v| v as f32).collect(),
         }
     }
+
+    /// With colours from 0 to 1, as Houdini, glTF and OBJ have them, where the file has bytes: whole numbers up to 255, of
+    /// which, where they may be fractions, some are greater than 1.
+    pub(crate) fn with_unit_colors(mut self) -> ParticleAttribute {
+        if self.name != "color" || !matches!(self.components, 3 | 4) {
+            return self;
+        }
+        // In place where the numbers have the same size.
+        self.values = match self.values {
+            AttributeValues::I32(v) if v.iter().all(|v| (0..=255).contains(v)) => {
+                AttributeValues::F32(v.into_iter().map(|v| v as f32 / 255.0).collect())
+            }
+            AttributeValues::I64(v) if v.iter().all(|v| (0..=255).contains(v)) => {
+                AttributeValues::F32(v.into_iter().map(|v| v as f32 / 255.0).collect())
+            }
+            AttributeValues::F32(v) if are_bytes(v.iter().map(|&v| f64::from(v))) => {
+                AttributeValues::F32(v.into_iter().map(|v| v / 255.0).collect())
+            }
+            AttributeValues::F64(v) if are_bytes(v.iter().copied()) => {
+                AttributeValues::F64(v.into_iter().map(|v| v / 255.0).collect())
+            }
+            other => other,
+        };
+        self
+    }
+}
+
+/// Whether parts of colours are whole numbers up to 255, some of them greater than 1.
+fn are_bytes(mut parts: impl Iterator<Item = f64>) -> bool {
+    let is_byte = |v: f64| (0.0..=255.0).contains(&v) && v.fract() == 0.0;
+    parts.try_fold(0.0f64, |most, v| is_byte(v).then_some(most.max(v))).is_some_and(|most| most > 1.0)
 }
 
 /// The particles of one file.
@@ -287,9 +320,16 @@ impl ReadOptions {
 pub fn read_particles(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     let read = detect::particles(path)?.read_particles;
     match read {
-        Some(read) => read(path, options),
+        Some(read) => read_by(read, path, options),
         None => Err(Error::Unsupported { path: path.into(), what: "particles of this format are not read".into() }),
     }
+}
+
+/// Reads by the reader of a format, and does what is the same for all formats.
+pub(crate) fn read_by(read: ReadParticles, path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
+    let mut particles = read(path, options)?;
+    particles.attributes = particles.attributes.into_iter().map(ParticleAttribute::with_unit_colors).collect();
+    Ok(particles)
 }
 
 /// Writes particles in the format that the extension of `path` names: PLY, classic BGEO (compressed where the name ends in

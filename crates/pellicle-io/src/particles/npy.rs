@@ -16,6 +16,10 @@ use crate::scalar::{Encoding, Endian, Field, Records, Scalar};
 use crate::source::{self, Source};
 use crate::table::{Layout, Table};
 
+/// More numbers per particle than this, for no more particles than these, are taken for a transposed array.
+const FEW_ROWS: u64 = 7;
+const MAX_COLUMNS: u64 = 32;
+
 pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Error> {
     options.single(path, "a NumPy array")?;
     let mut source = Source::open(path)?;
@@ -41,6 +45,13 @@ pub(super) fn read_particles(
             header.shape
         )));
     };
+    // A few rows of many columns are the coordinates of many particles, one after the other.
+    if header.rows <= FEW_ROWS && header.columns as u64 > MAX_COLUMNS {
+        return Err(source.unsupported(format!(
+            "the array has the shape {:?}, which looks transposed: save array.T, with a row for each particle",
+            header.shape
+        )));
+    }
     let groups = columns(header.columns);
     options.check(&path, groups.attributes.iter().map(|g| (g.name.as_str(), g.original.as_str())))?;
     let is_simple = header.columns == 3 && part.endian == Endian::Little && !source.is_inflating();
@@ -159,12 +170,23 @@ fn read_components(
 ) -> Result<AttributeValues, Error> {
     let mut values = AttributeValues::of([scalar], 0);
     for component in 0..components {
-        read_column(source, header, scalar, |first, records, field| {
-            values.grow((first + records.len()) * components);
-            values.set(first * components, (component, components), records, field);
-        })?;
+        read_component(source, header, &mut values, (component, components))?;
     }
     Ok(values)
+}
+
+/// Reads the next column as component `component.0` of `component.1`. The values must be of a type that holds it.
+pub(super) fn read_component(
+    source: &mut Source<'_>,
+    header: &Header,
+    values: &mut AttributeValues,
+    component: (usize, usize),
+) -> Result<(), Error> {
+    let scalar = header.parts[0].scalar.unwrap_or(Scalar::U8);
+    read_column(source, header, scalar, |first, records, field| {
+        values.grow((first + records.len()) * component.1);
+        values.set(first * component.1, component, records, field);
+    })
 }
 
 /// Hands out runs of the next column, each with the row that it begins with.

@@ -1,8 +1,9 @@
 //! NumPy archives: arrays in a ZIP file, stored or deflated.
 //!
 //! The positions are the array that `array` names; else the one with a name like `positions`, `pos`, `points` or `x`; else
-//! the only one of N × 3; else three arrays `x`, `y`, `z` of N numbers. They are read like an NPY file. Every other array
-//! with N rows of up to 16 numbers is an attribute. Stored arrays are read in place.
+//! the only one of N × 3; else three arrays `x`, `y`, `z` of N numbers; else the only one of N × k. They are read like an NPY
+//! file. Every other array with N rows of up to 16 numbers is an attribute; arrays of single numbers whose names are those
+//! of components, such as `vx`, `vy`, `vz`, make a vector. Stored arrays are read in place.
 //!
 //! Source: `numpy.savez`, <https://numpy.org/doc/stable/reference/generated/numpy.savez.html>, and APPNOTE.TXT of PKWARE.
 
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 
 use super::npy_header::{self, Header};
-use super::{ParticleAttribute, Particles, PositionData, ReadOptions, npy};
+use super::{AttributeValues, ParticleAttribute, Particles, PositionData, ReadOptions, npy};
 use crate::error::{Error, Place};
 use crate::formats::{detect, names};
 use crate::source::{self, Source};
@@ -67,24 +68,52 @@ pub(crate) fn read(path: &Path, options: &ReadOptions) -> Result<Particles, Erro
         Choice::Three(three) => three.iter().any(|m| m.index == member.index),
     };
     let rows = positions.positions.len() as u64;
-    let others: Vec<(String, &Member)> = members
+    let others: Vec<&Member> = members
         .iter()
         .filter(|m| !taken(m) && m.rows() == rows && !m.header.shape.is_empty() && !m.header.is_structured)
         .filter(|m| (1..=MAX_COMPONENTS).contains(&m.header.columns))
-        .map(|m| (names::canonical(&m.name, m.header.columns), m))
         .collect();
+    let others = attributes(&others);
     let own: Vec<(String, String)> = positions.attributes.iter().map(|a| (a.name.clone(), a.name.clone())).collect();
     let found = own.iter().map(|(n, o)| (n.as_str(), o.as_str()));
-    options.check(path, found.chain(others.iter().map(|(name, m)| (name.as_str(), m.name.as_str()))))?;
+    options.check(path, found.chain(others.iter().map(|other| (other.name.as_str(), other.original.as_str()))))?;
     let mut particles = positions;
     particles.attributes.retain(|a| options.wants(&a.name, &a.name));
-    for (name, member) in others {
-        if options.wants(&name, &member.name) {
-            let values = archive.with(member, npy::read_values)?;
-            particles.attributes.push(ParticleAttribute { name, components: member.header.columns, values });
+    for other in others {
+        if options.wants(&other.name, &other.original) {
+            let (components, values) = match other.members.as_slice() {
+                &[member] => (member.header.columns, archive.with(member, npy::read_values)?),
+                columns => (columns.len(), archive.interleave(columns)?),
+            };
+            particles.attributes.push(ParticleAttribute { name: other.name, components, values });
         }
     }
     Ok(particles)
+}
+
+/// An attribute and the arrays that it is made of.
+struct Other<'a> {
+    name: String,
+    original: String,
+    members: Vec<&'a Member>,
+}
+
+/// The attributes that these arrays are, in the order of the archive. Single numbers are joined where their names say so.
+fn attributes<'a>(members: &[&'a Member]) -> Vec<Other<'a>> {
+    let (columns, whole): (Vec<usize>, Vec<usize>) = (0..members.len()).partition(|&i| members[i].is_column());
+    let whole = whole.into_iter().map(|i| {
+        let Member { name, header, .. } = members[i];
+        (i, Other { name: names::canonical(name, header.columns), original: name.clone(), members: vec![members[i]] })
+    });
+    let column_names: Vec<String> = columns.iter().map(|&i| members[i].name.clone()).collect();
+    let joined = names::group_attributes(&column_names).into_iter().map(|group| {
+        let parts: Vec<usize> = group.columns.iter().map(|&column| columns[column]).collect();
+        let members = parts.iter().map(|&i| members[i]).collect();
+        (parts[0], Other { name: group.name, original: group.original, members })
+    });
+    let mut found: Vec<(usize, Other<'a>)> = whole.chain(joined).collect();
+    found.sort_by_key(|(first, _)| *first);
+    found.into_iter().map(|(_, other)| other).collect()
 }
 
 /// For the array of positions, whose own columns are chosen when those of the other arrays are known.
@@ -124,8 +153,9 @@ fn choose<'a>(path: &Path, members: &'a [Member], options: &ReadOptions) -> Resu
         return Ok(Choice::Three([x, y, z]));
     }
     let mut candidates = members.iter().filter(|m| m.is_points() && (m.header.is_structured || m.header.columns == 3));
-    match (candidates.next(), candidates.next()) {
-        (Some(only), None) => Ok(Choice::One(only)),
+    let mut wide = members.iter().filter(|m| m.is_points());
+    match (candidates.next(), candidates.next(), wide.next(), wide.next()) {
+        (Some(only), None, ..) | (None, None, Some(only), None) => Ok(Choice::One(only)),
         _ => Err(unsupported(format!(
             "which array holds the positions is not clear: name one of N x 3; the arrays of numbers are: {}",
             list()
@@ -216,6 +246,17 @@ impl Archive {
             }
             other => other,
         })
+    }
+
+    /// A vector from an array per component.
+    fn interleave(&mut self, columns: &[&Member]) -> Result<AttributeValues, Error> {
+        let mut values = AttributeValues::of(columns.iter().filter_map(|m| m.header.parts[0].scalar), 0);
+        for (component, member) in columns.iter().enumerate() {
+            self.with(member, |source, header| {
+                npy::read_component(source, header, &mut values, (component, columns.len()))
+            })?;
+        }
+        Ok(values)
     }
 
     /// Positions from three arrays.

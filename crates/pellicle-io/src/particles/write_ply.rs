@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use super::Particles;
-use crate::columns::{Points, Records};
+use crate::columns::{Points, Records, Values, exceeds_bytes};
 use crate::error::Error;
 use crate::formats::catalog::Format;
 use crate::meshes::WriteOptions;
 use crate::meshes::one_line;
-use crate::meshes::write_ply::property_names;
+use crate::meshes::write_ply::{is_color, property_names};
 use crate::output::{Output, Written};
 use crate::scalar::{Endian, Scalar};
 
@@ -18,6 +18,14 @@ pub(crate) fn write(path: &Path, particles: &Particles, options: &WriteOptions) 
     let mut written = Written::default();
     points.columns.retain_mut(|column| {
         column.values = column.values.shortened().rounded();
+        if is_color(column.name, column.components) {
+            column.values = column.values.color_bytes();
+            if matches!(column.values, Values::UnitDouble(_))
+                || matches!(column.values, Values::Unit(v) if exceeds_bytes(v))
+            {
+                written.narrowed.push(column.name.to_owned());
+            }
+        }
         let fits = column.values.scalar() != Scalar::I64;
         if !fits {
             written.left_out.push(column.name.to_owned());
@@ -53,6 +61,7 @@ fn type_name(scalar: Scalar) -> &'static str {
     match scalar {
         Scalar::F64 => "double",
         Scalar::F32 => "float",
+        Scalar::U8 => "uchar",
         _ => "int",
     }
 }

@@ -10,7 +10,9 @@
 //! Source: this project; each field names its own.
 
 pub(crate) mod density;
+pub(crate) mod falloff;
 pub(crate) mod kernel;
+pub(crate) mod metaball;
 pub(crate) mod sph;
 pub(crate) mod volume;
 

@@ -50,6 +50,13 @@ impl Lattice {
         p.map(|v| v * per_unit)
     }
 
+    /// The node nearest to a position in cells, and the position from there.
+    #[inline(always)]
+    pub(crate) fn nearest(p: [f64; 3]) -> (Coord, [f32; 3]) {
+        let node = p.map(|v| floor(v + 0.5));
+        (node, std::array::from_fn(|a| (p[a] - f64::from(node[a])) as f32))
+    }
+
     /// Whether particle `index` can be placed: finite, and no index near it overflows.
     ///
     /// # Errors

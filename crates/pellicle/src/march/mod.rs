@@ -3,4 +3,5 @@
 pub(crate) mod cubes;
 pub(crate) mod resolve;
 pub(crate) mod rows;
+pub mod slices;
 pub(crate) mod tables;

@@ -16,20 +16,20 @@
 
 /// How one case is triangulated.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Case {
+pub struct Case {
     /// Bit e set where edge e is crossed.
-    pub(crate) edges: u16,
+    pub edges: u16,
     /// Number of triangles.
-    pub(crate) len: u8,
+    pub len: u8,
     /// Edges whose vertices make the triangles, counter-clockwise seen from outside the surface.
-    pub(crate) triangles: [[u8; 3]; MOST],
+    pub triangles: [[u8; 3]; MOST],
 }
 
 /// Most triangles of a case.
-pub(crate) const MOST: usize = 5;
+pub const MOST: usize = 5;
 
 /// All 256 cases.
-pub(crate) static CASES: [Case; 256] = {
+pub static CASES: [Case; 256] = {
     let mut cases = [Case { edges: 0, len: 0, triangles: [[0; 3]; MOST] }; 256];
     let mut case = 0;
     while case < 256 {
@@ -73,7 +73,7 @@ pub(crate) const fn edge_between(a: usize, b: usize) -> usize {
 }
 
 /// The lower corner of an edge.
-pub(crate) const fn edge_corner(edge: usize) -> usize {
+pub const fn edge_corner(edge: usize) -> usize {
     let uv = edge % 4;
     match edge / 4 {
         0 => uv << 1,

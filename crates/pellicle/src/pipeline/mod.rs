@@ -1,6 +1,8 @@
-//! Each road on one screen. Road C is [`contour`]. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
+//! Road B, every frame: particles → blocks → columns → slices → sink, in [`engine`]. Road C is [`contour`].
 
 mod contour;
+pub(crate) mod engine;
 mod surface;
 
 pub use contour::{Contour, ContourParams, contour};

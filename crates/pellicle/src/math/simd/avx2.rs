@@ -6,7 +6,7 @@ use super::{Kernel, LANES, Simd};
 
 /// Proof that the machine has AVX2, BMI1, BMI2 and POPCNT.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx2(());
+pub struct Avx2(());
 
 impl Avx2 {
     pub(crate) fn new() -> Option<Self> {

@@ -6,7 +6,7 @@ use super::{Kernel, LANES, Simd, avx2::sum8};
 
 /// Proof that the machine has AVX-512 F, BW, DQ and VL, BMI1, BMI2 and POPCNT.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx512(());
+pub struct Avx512(());
 
 impl Avx512 {
     pub(crate) fn new() -> Option<Self> {

@@ -17,10 +17,10 @@ mod avx512;
 mod portable;
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) use avx2::Avx2;
+pub use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
-pub(crate) use avx512::Avx512;
-pub(crate) use portable::Portable;
+pub use avx512::Avx512;
+pub use portable::Portable;
 
 use crate::params::Lanes;
 
@@ -28,19 +28,25 @@ use crate::params::Lanes;
 pub const LANES: usize = 16;
 
 /// The operations on 16 lanes. A mask has one bit a lane, lane 0 lowest.
-pub(crate) trait Simd: Copy + Send + Sync {
+pub trait Simd: Copy + Send + Sync {
     /// Sixteen `f32`.
     type F: Copy;
 
+    /// The same in every lane.
     fn splat(self, v: f32) -> Self::F;
     /// The first 16 values of `from`, which must have as many.
     fn load(self, from: &[f32]) -> Self::F;
     /// Writes to the first 16 places of `to`, which must have as many.
     fn store(self, v: Self::F, to: &mut [f32]);
+    /// a + b.
     fn add(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a − b.
     fn sub(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a · b.
     fn mul(self, a: Self::F, b: Self::F) -> Self::F;
+    /// a / b.
     fn div(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The square root, correctly rounded.
     fn sqrt(self, a: Self::F) -> Self::F;
     /// `a > b ? a : b` in each lane.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
@@ -62,24 +68,29 @@ pub(crate) trait Simd: Copy + Send + Sync {
 }
 
 /// A hot loop, generic over the vector unit. Its `run` must be `#[inline(always)]`, as must all that it calls.
-pub(crate) trait Kernel {
+pub trait Kernel {
+    /// What it results in.
     type Output;
+    /// The loop.
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// A vector unit that this machine has.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Unit {
+pub enum Unit {
+    /// One register of 512 bits.
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
+    /// Two registers of 256 bits.
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
+    /// An array.
     Portable(Portable),
 }
 
 impl Unit {
     /// The unit asked for, or `None` if this machine lacks it.
-    pub(crate) fn new(lanes: Lanes) -> Option<Self> {
+    pub fn new(lanes: Lanes) -> Option<Self> {
         match lanes {
             Lanes::Auto => [Lanes::Avx512, Lanes::Avx2, Lanes::Portable].into_iter().find_map(Self::new),
             #[cfg(target_arch = "x86_64")]
@@ -94,7 +105,7 @@ impl Unit {
 
     /// Runs `kernel` on this unit.
     #[inline]
-    pub(crate) fn run<K: Kernel>(self, kernel: K) -> K::Output {
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512(s) => s.run(kernel),

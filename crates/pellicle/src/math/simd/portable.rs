@@ -3,7 +3,7 @@
 use super::{Kernel, LANES, Simd};
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Portable;
+pub struct Portable;
 
 type F = [f32; LANES];
 

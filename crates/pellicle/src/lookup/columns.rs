@@ -1,0 +1,343 @@
+//! The particles that reach a node, found by its column: a two-dimensional insertion, a one-dimensional look-up.
+//!
+//! Every particle is entered in the lattice columns (x, y) that its reach crosses, the discs of a sphere seen from above.
+//! A look-up at (x, y, z) then searches one list, along z only.
+//!
+//! ```text
+//! start   column ──► range of entries            (one counting pass, no linked lists)
+//! flat    1 − (dx² + dy²)/R²    what the column's distance leaves of u, always > 0
+//! level   z of the particle's nearest node, in cells from the block's first node
+//! above   z of the particle from that node, in cells
+//! who     the particle, as the block numbers it                  (structure of arrays: 16 entries are one vector)
+//! cursor  column ──► first entry that the last look-up's z could need
+//! ```
+//!
+//! Within a column entries come in the canonical order of the particles: by nearest node along z, then by the caller's
+//! index. A look-up computes u = flat − dz²/R² of 16 entries at a time and moves those with u > 0 together. So it is
+//! exact: what it hands out is within reach, all of it, and in an order that does not depend on the block; nor do the
+//! numbers, because distances are formed from whole cells and fractions of a cell apart. A node has the same value in
+//! every block, to the last bit.
+//!
+//! Memory: 16 bytes an entry, πR² entries a particle (R in cells); 8 more where reaches or strengths differ.
+//!
+//! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 6. Arrays in place of linked
+//! lists, and a comparison of u in place of two comparisons of integers, are this project's.
+
+use crate::{
+    lattice::Coord,
+    math::simd::{LANES, Simd},
+};
+
+/// A particle on the lattice, lengths in cells.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Placed {
+    /// The nearest node.
+    pub(crate) node: Coord,
+    /// Position from there, at most half a cell along each axis.
+    pub(crate) offset: [f32; 3],
+    /// Radius of influence.
+    pub(crate) reach: f32,
+    /// Factor of its contribution.
+    pub(crate) strength: f32,
+    /// Its index in the caller's order.
+    pub(crate) index: u32,
+}
+
+/// The nodes that a block asks about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Extent {
+    pub(crate) first: Coord,
+    /// Nodes along each axis; at most 64 along x and y.
+    pub(crate) nodes: [usize; 3],
+}
+
+impl Extent {
+    /// The nodes along one axis that `particle` may reach, as positions in the extent; the range may be empty.
+    fn reached(&self, particle: &Placed, axis: usize) -> (i32, i32) {
+        let centre = particle.node[axis] - self.first[axis];
+        let low = centre + (particle.offset[axis] - particle.reach).ceil() as i32;
+        let high = centre + (particle.offset[axis] + particle.reach).floor() as i32;
+        (low.max(0), high.min(self.nodes[axis] as i32 - 1))
+    }
+}
+
+/// What the columns at the border of the extent hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Border {
+    /// All that reaches them.
+    Open,
+    /// Nothing, so that every surface is closed within the extent.
+    Empty,
+}
+
+/// Particles by column. Reusable: [`build`](Self::build) keeps the memory.
+#[derive(Default)]
+pub(crate) struct Columns {
+    extent: Option<Extent>,
+    start: Vec<u32>,
+    cursor: Vec<u32>,
+    flat: Vec<f32>,
+    level: Vec<f32>,
+    above: Vec<f32>,
+    who: Vec<f32>,
+    /// 1/R² and strength, entry by entry, where they differ between particles; else empty.
+    per_reach_sq: Vec<f32>,
+    strength: Vec<f32>,
+    /// The block's particles in canonical order.
+    particles: Vec<Placed>,
+    spans: Vec<Span>,
+    bins: Vec<u32>,
+    /// 1/R² where all reaches are the same.
+    same_per_reach_sq: f32,
+    /// Most cells between a node and the nearest node of a particle that reaches it.
+    reach: i32,
+    longest: usize,
+}
+
+/// The columns of one row that one particle reaches.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    particle: u32,
+    row: u16,
+    first: u16,
+    last: u16,
+}
+
+/// What a look-up is to find besides u. Known when compiled, so that nothing is decided at run time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Want {
+    /// Reaches or strengths differ: find strengths.
+    pub(crate) varied: bool,
+    /// Find out who the particles are.
+    pub(crate) who: bool,
+}
+
+/// What a look-up found: u = 1 − (d/R)² of every particle within reach of a node, in canonical order.
+#[derive(Default)]
+pub(crate) struct Near {
+    u: Vec<f32>,
+    strength: Vec<f32>,
+    who: Vec<f32>,
+    len: usize,
+    /// Entries that were looked at, kept or not.
+    pub(crate) seen: u64,
+    /// Entries that were kept.
+    pub(crate) kept: u64,
+}
+
+impl Near {
+    /// Number of particles.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// u of particles `first..first + 16`, 0 beyond the last.
+    #[inline(always)]
+    pub(crate) fn group<S: Simd>(&self, s: S, first: usize) -> S::F {
+        let valid = ((1u32 << (self.len - first).min(LANES)) - 1) as u16;
+        s.select(valid, s.load(&self.u[first..]), s.splat(0.0))
+    }
+
+    /// Strengths of particles `first..first + 16`; anything beyond the last.
+    #[inline(always)]
+    pub(crate) fn strengths<S: Simd>(&self, s: S, first: usize) -> S::F {
+        s.load(&self.strength[first..])
+    }
+
+    /// u of each particle.
+    #[inline(always)]
+    pub(crate) fn rests(&self) -> &[f32] {
+        &self.u[..self.len]
+    }
+
+    /// The particles, as the block numbers them.
+    #[inline(always)]
+    pub(crate) fn who(&self) -> impl Iterator<Item = usize> + '_ {
+        self.who[..self.len].iter().map(|w| w.to_bits() as usize)
+    }
+}
+
+impl Columns {
+    /// Enters the particles into the columns of `extent`. `varied` says whether reaches or strengths differ.
+    pub(crate) fn build(&mut self, extent: Extent, border: Border, particles: &[Placed], of: &[u32], varied: bool) {
+        self.extent = Some(extent);
+        self.sort(extent, particles, of);
+        self.find_spans(extent, border);
+        self.enter(extent, varied);
+    }
+
+    /// The block's particles, in canonical order.
+    #[inline(always)]
+    pub(crate) fn particles(&self) -> &[Placed] {
+        &self.particles
+    }
+
+    /// Number of entries.
+    pub(crate) fn entries(&self) -> usize {
+        self.start.last().map_or(0, |&end| end as usize)
+    }
+
+    /// Bytes in use, for the present block.
+    pub(crate) fn bytes(&self) -> usize {
+        let entry = 16 + if self.strength.is_empty() { 0 } else { 8 };
+        self.entries() * entry
+            + 8 * self.cursor.len()
+            + self.particles.len() * size_of::<Placed>()
+            + self.spans.len() * size_of::<Span>()
+    }
+
+    /// Counting sort by nearest node along z; stable, and `of` comes by the caller's index.
+    fn sort(&mut self, extent: Extent, particles: &[Placed], of: &[u32]) {
+        let reach = of.iter().fold(0.0f32, |most, &i| most.max(particles[i as usize].reach));
+        self.same_per_reach_sq = 1.0 / (reach * reach);
+        self.reach = (reach + 0.5).ceil() as i32;
+        let bins = extent.nodes[2] + 2 * self.reach as usize;
+        let bin = |p: &Placed| ((p.node[2] - extent.first[2] + self.reach).max(0) as usize).min(bins - 1);
+        self.bins.clear();
+        self.bins.resize(bins + 1, 0);
+        for &i in of {
+            self.bins[bin(&particles[i as usize]) + 1] += 1;
+        }
+        for b in 1..=bins {
+            self.bins[b] += self.bins[b - 1];
+        }
+        self.particles.clear();
+        if let Some(&first) = of.first() {
+            self.particles.resize(of.len(), particles[first as usize]);
+        }
+        for &i in of {
+            let particle = particles[i as usize];
+            let at = &mut self.bins[bin(&particle)];
+            self.particles[*at as usize] = particle;
+            *at += 1;
+        }
+    }
+
+    /// Finds which columns each particle reaches, and counts them; afterwards `start` holds where each column's entries
+    /// begin.
+    fn find_spans(&mut self, extent: Extent, border: Border) {
+        let width = extent.nodes[0];
+        let inset = i32::from(border == Border::Empty);
+        let edge: [i32; 2] = std::array::from_fn(|a| extent.nodes[a] as i32 - 1 - inset);
+        self.start.clear();
+        self.start.resize(width * extent.nodes[1] + 2, 0);
+        self.spans.clear();
+        for (i, particle) in self.particles.iter().enumerate() {
+            let (low, high) = extent.reached(particle, 1);
+            let reach_sq = particle.reach * particle.reach;
+            for row in low.max(inset)..=high.min(edge[1]) {
+                let dy = (row + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
+                let half = (reach_sq - dy * dy).max(0.0).sqrt();
+                let centre = particle.node[0] - extent.first[0];
+                let first = (centre + (particle.offset[0] - half).ceil() as i32).max(inset);
+                let last = (centre + (particle.offset[0] + half).floor() as i32).min(edge[0]);
+                if first > last {
+                    continue;
+                }
+                let [row, first, last] = [row, first, last].map(|v| v as u16);
+                self.spans.push(Span { particle: i as u32, row, first, last });
+                // One more from `first` on, one less behind `last`: summed along the row below.
+                let at = usize::from(row) * width;
+                let begin = &mut self.start[at + usize::from(first)];
+                *begin = begin.wrapping_add(1);
+                let behind = &mut self.start[at + usize::from(last) + 1];
+                *behind = behind.wrapping_sub(1);
+            }
+        }
+        let (mut total, mut here) = (0u32, 0u32);
+        for start in &mut self.start {
+            here = here.wrapping_add(*start);
+            *start = total;
+            total += here;
+        }
+        self.start.pop();
+    }
+
+    /// Writes the entries; afterwards `cursor` is where each column's begin.
+    fn enter(&mut self, extent: Extent, varied: bool) {
+        let width = extent.nodes[0];
+        self.cursor.clone_from(&self.start);
+        let len = self.entries() + LANES;
+        for v in [&mut self.flat, &mut self.level, &mut self.above, &mut self.who] {
+            v.resize(v.len().max(len), 0.0);
+        }
+        let extra = if varied { len } else { 0 };
+        self.per_reach_sq.resize(extra, 0.0);
+        self.strength.resize(extra, 0.0);
+        for span in &self.spans {
+            let p = &self.particles[span.particle as usize];
+            let per_reach_sq = 1.0 / (p.reach * p.reach);
+            let dy = (i32::from(span.row) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
+            let level = (p.node[2] - extent.first[2]) as f32;
+            let who = f32::from_bits(span.particle);
+            let row = usize::from(span.row) * width;
+            let columns = row + usize::from(span.first)..=row + usize::from(span.last);
+            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
+            for (cell, cursor) in (cell..).zip(&mut self.cursor[columns]) {
+                let dx = cell as f32 - p.offset[0];
+                let at = *cursor as usize;
+                *cursor += 1;
+                self.flat[at] = 1.0 - (dx * dx + dy * dy) * per_reach_sq;
+                self.level[at] = level;
+                self.above[at] = p.offset[2];
+                self.who[at] = who;
+                if varied {
+                    self.per_reach_sq[at] = per_reach_sq;
+                    self.strength[at] = p.strength;
+                }
+            }
+        }
+        let columns = width * extent.nodes[1];
+        self.cursor.truncate(columns);
+        self.cursor.copy_from_slice(&self.start[..columns]);
+        self.longest = self.start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
+    }
+
+    /// Prepares `near` for look-ups in these columns, so that a look-up itself never allocates.
+    pub(crate) fn prepare(&self, near: &mut Near) {
+        let len = self.longest + 2 * LANES;
+        for v in [&mut near.u, &mut near.strength, &mut near.who] {
+            v.resize(v.len().max(len), 0.0);
+        }
+    }
+
+    /// Finds the particles that reach node `z` of `column`.
+    #[inline(always)]
+    pub(crate) fn find<S: Simd>(&mut self, s: S, column: usize, z: i32, want: Want, near: &mut Near) {
+        let [first, end] = [self.start[column], self.start[column + 1]].map(|v| v as usize);
+        let (lowest, highest) = ((z - self.reach) as f32, (z + self.reach) as f32);
+        let mut at = (self.cursor[column] as usize).clamp(first, end);
+        while at > first && self.level[at - 1] >= lowest {
+            at -= 1;
+        }
+        while at < end && self.level[at] < lowest {
+            at += 1;
+        }
+        self.cursor[column] = at as u32;
+        near.len = 0;
+        let here = s.splat(z as f32);
+        while at < end && self.level[at] <= highest {
+            let dz = s.sub(s.sub(here, s.load(&self.level[at..])), s.load(&self.above[at..]));
+            let per_reach_sq =
+                if want.varied { s.load(&self.per_reach_sq[at..]) } else { s.splat(self.same_per_reach_sq) };
+            let u = s.sub(s.load(&self.flat[at..]), s.mul(s.mul(dz, dz), per_reach_sq));
+            let valid = ((1u32 << (end - at).min(LANES)) - 1) as u16;
+            let within = s.gt(u, s.splat(0.0)) & valid;
+            s.compress(u, within, &mut near.u[near.len..]);
+            if want.varied {
+                s.compress(s.load(&self.strength[at..]), within, &mut near.strength[near.len..]);
+            }
+            if want.who {
+                s.compress(s.load(&self.who[at..]), within, &mut near.who[near.len..]);
+            }
+            near.seen += u64::from(valid.count_ones());
+            near.len += within.count_ones() as usize;
+            at += LANES;
+        }
+        near.kept += near.len as u64;
+    }
+}
+
+#[cfg(test)]
+mod tests;

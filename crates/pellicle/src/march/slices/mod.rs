@@ -1,0 +1,332 @@
+//! Marching slices: the surface of one block, slab by slab, with what is known of two slices at a time.
+//!
+//! ```text
+//! slice z + 1   ┌──┬──┬──┐   values, signs, vertex numbers of its nodes
+//! slab z        │  │  │  │   cubes to do: one bit each
+//! slice z       └──┴──┴──┘
+//! ```
+//!
+//! The lowest slab with something to do is done first. A cube is visited once; its eight corners are looked up or
+//! evaluated; if it is crossed, its triangles are made, whose vertices are found through the slices' bits. A slice is
+//! given back when neither the slab above nor that below can need it any more.
+//!
+//! What there is to do comes from [`Seeds`]:
+//! * [`Seeds::Complete`] looks through every box of 4×4×4 cells that bounds do not prove free of a crossing (see
+//!   [`boxes`](crate::bricks::boxes)), as the march comes to its slab. So nothing is missed, slabs are done strictly from
+//!   bottom to top with two slices alive, cubes need not be followed, and a block needs no margin.
+//! * [`Seeds::Particles`] is the paper's: from every particle step down to the surface, then follow it from cube to cube,
+//!   through a margin of cubes around the block of which only signs are evaluated. It misses what no particle stands
+//!   above: cavities, and surfaces that run where no particle is.
+//!
+//! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 4, algorithm 1. The complete
+//! search, and slices of bits, are this project's.
+
+mod blend;
+mod cells;
+mod seam;
+mod seeds;
+mod skin;
+mod slice;
+
+pub(crate) use blend::{Blend, Radial};
+pub(crate) use seam::{Reference, Seam};
+pub use skin::{Neighbour, Neighbours, Plain, Skin};
+
+use crate::{
+    bricks::boxes::Boxes,
+    lattice::Coord,
+    lookup::columns::{Border, Columns, Extent, Near, Placed},
+    math::simd::{Kernel, Simd},
+};
+use slice::{ABOVE, BELOW, Pool, Todo, WIDEST};
+
+/// Most cells of a block along an axis, margin included.
+pub(crate) const MOST_CELLS: usize = WIDEST - 1;
+
+/// How the march finds what there is to find.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Seeds {
+    /// All of the surface, for certain.
+    #[default]
+    Complete,
+    /// What is connected to the first crossing below a particle: the published method, which can miss parts.
+    Particles,
+}
+
+/// Counts of one block, or of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Counts {
+    /// Crossed cubes that made triangles.
+    pub cubes: u64,
+    /// Cubes visited, those of margins included.
+    pub visited: u64,
+    /// Corners whose value was computed.
+    pub corners: u64,
+    /// Corners whose normal or user data was computed.
+    pub shaded: u64,
+    /// Particles that were summed at corners: exactly those within reach.
+    pub contributions: u64,
+    /// Entries of columns that were looked at for that.
+    pub looked_at: u64,
+    /// Entries in columns.
+    pub entries: u64,
+    /// Cubes that particles' seeds pointed at.
+    pub seeds: u64,
+    /// Most slices alive at once in a block.
+    pub live_slices: u64,
+    /// Most bytes of slices and lists of cubes in a block.
+    pub render_bytes: u64,
+    /// Most bytes of the particle look-up in a block.
+    pub cache_bytes: u64,
+}
+
+impl Counts {
+    /// Adds another block's counts; of what is a maximum the larger is kept.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.cubes += other.cubes;
+        self.visited += other.visited;
+        self.corners += other.corners;
+        self.shaded += other.shaded;
+        self.contributions += other.contributions;
+        self.looked_at += other.looked_at;
+        self.entries += other.entries;
+        self.seeds += other.seeds;
+        self.live_slices = self.live_slices.max(other.live_slices);
+        self.render_bytes = self.render_bytes.max(other.render_bytes);
+        self.cache_bytes = self.cache_bytes.max(other.cache_bytes);
+    }
+}
+
+/// The surface of one block: its own vertices, and triangles that may refer to vertices of blocks before it.
+pub(crate) struct Piece<V> {
+    /// Offsets from the mesh's origin in world units.
+    pub(crate) positions: Vec<[f32; 3]>,
+    /// Unit normals, outward, if asked for.
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) data: Vec<V>,
+    /// Own vertices by number; with [`FOREIGN`] set, places in `foreign`.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) foreign: Vec<Reference>,
+    /// Key and number of own vertices that later blocks may refer to, in order of keys.
+    pub(crate) shared: Vec<(u32, u32)>,
+    pub(crate) counts: Counts,
+}
+
+/// Marks a vertex of another block.
+pub(crate) const FOREIGN: u32 = 1 << 31;
+
+impl<V> Default for Piece<V> {
+    fn default() -> Self {
+        Self {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            data: Vec::new(),
+            triangles: Vec::new(),
+            foreign: Vec::new(),
+            shared: Vec::new(),
+            counts: Counts::default(),
+        }
+    }
+}
+
+impl<V> Piece<V> {
+    fn clear(&mut self) {
+        self.positions.clear();
+        self.normals.clear();
+        self.data.clear();
+        self.triangles.clear();
+        self.foreign.clear();
+        self.shared.clear();
+        self.counts = Counts::default();
+    }
+}
+
+/// What one thread needs to march: kept between blocks and frames.
+pub(crate) struct Work<C> {
+    columns: Columns,
+    near: Near,
+    boxes: Boxes,
+    pool: Pool<C>,
+    todo: Vec<Todo>,
+    slopes: Vec<f32>,
+}
+
+impl<C: Copy + Default> Default for Work<C> {
+    fn default() -> Self {
+        Self {
+            columns: Columns::default(),
+            near: Near::default(),
+            boxes: Boxes::default(),
+            pool: Pool::default(),
+            todo: Vec::new(),
+            slopes: Vec::new(),
+        }
+    }
+}
+
+/// What is the same for all blocks.
+pub(crate) struct Scene<'a, B, K> {
+    pub(crate) blend: &'a B,
+    pub(crate) skin: &'a K,
+    pub(crate) iso: f32,
+    pub(crate) seeds: Seeds,
+    pub(crate) shading: Shading,
+    pub(crate) particles: &'a [Placed],
+    /// Node that positions count from.
+    pub(crate) origin: Coord,
+    /// Distance of neighbouring nodes in world units.
+    pub(crate) spacing: f64,
+}
+
+/// What vertices get besides their position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shading {
+    None,
+    Normals,
+    /// User data alone.
+    Data,
+    NormalsAndData,
+}
+
+impl Shading {
+    #[inline(always)]
+    pub(crate) fn any(self) -> bool {
+        self != Self::None
+    }
+
+    #[inline(always)]
+    pub(crate) fn normals(self) -> bool {
+        matches!(self, Self::Normals | Self::NormalsAndData)
+    }
+
+    #[inline(always)]
+    pub(crate) fn data(self) -> bool {
+        matches!(self, Self::Data | Self::NormalsAndData)
+    }
+}
+
+/// The march through one block.
+pub(crate) struct March<'a, B, K: Skin> {
+    pub(crate) scene: &'a Scene<'a, B, K>,
+    /// First node of the block, its margin left out.
+    pub(crate) first: Coord,
+    pub(crate) seam: Seam,
+    /// The block's particles.
+    pub(crate) members: &'a [u32],
+    pub(crate) work: &'a mut Work<K::Corner>,
+    pub(crate) piece: &'a mut Piece<K::Vertex>,
+}
+
+impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, s: S) {
+        self.piece.clear();
+        let margin = self.seam.margin;
+        let extent = Extent {
+            first: self.first.map(|n| n - margin as i32),
+            nodes: self.seam.cells.map(|cells| cells + 2 * margin + 1),
+        };
+        let border = if self.scene.seeds == Seeds::Particles { Border::Empty } else { Border::Open };
+        self.work.columns.build(extent, border, self.scene.particles, self.members, B::WANT.varied);
+        self.work.columns.prepare(&mut self.work.near);
+        let nodes = extent.nodes[0] * extent.nodes[1];
+        let shaded = if self.scene.shading == Shading::None { 0 } else { nodes };
+        self.work.pool.begin(nodes, shaded);
+        let slabs = extent.nodes[2] - 1;
+        self.work.todo.resize_with(slabs.max(self.work.todo.len()), Todo::default);
+        (self.work.near.seen, self.work.near.kept) = (0, 0);
+        // Slabs from here on were not looked through yet.
+        let mut unseen = match (self.scene.seeds, self.scene.blend.falloff()) {
+            (Seeds::Complete, Some(falloff)) => {
+                let work = &mut *self.work;
+                work.boxes.find(s, falloff, self.scene.iso, extent, work.columns.particles());
+                0
+            }
+            (Seeds::Complete, None) => {
+                self.work.boxes.suspect_all(extent);
+                0
+            }
+            (Seeds::Particles, _) => {
+                self.seed(s, extent);
+                slabs
+            }
+        };
+        loop {
+            let waiting = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()).unwrap_or(slabs);
+            let z = waiting.min(unseen);
+            if z == slabs {
+                break;
+            }
+            if z == unseen {
+                unseen += 1;
+                if self.work.boxes.any(z) {
+                    self.work.pool.ensure(z);
+                    self.work.pool.ensure(z + 1);
+                    self.look_through(s, extent, z);
+                }
+            }
+            if !self.work.todo[z].is_empty() {
+                self.work.pool.ensure(z);
+                self.work.pool.ensure(z + 1);
+                self.march_slab(s, extent, z);
+            }
+            for slice in [z, z + 1] {
+                let needed = |slab: usize| slab < slabs && (slab >= unseen || !self.work.todo[slab].is_empty());
+                if !(needed(slice) || slice > 0 && needed(slice - 1)) {
+                    self.work.pool.release(slice);
+                }
+            }
+        }
+        self.finish(slabs);
+    }
+}
+
+impl<B: Blend, K: Skin> March<'_, B, K> {
+    /// Puts what later blocks look for in order, and counts.
+    fn finish(&mut self, slabs: usize) {
+        self.piece.shared.sort_unstable();
+        let (work, counts) = (&*self.work, &mut self.piece.counts);
+        counts.contributions = work.near.kept;
+        counts.looked_at = work.near.seen;
+        counts.entries = work.columns.entries() as u64;
+        counts.live_slices = work.pool.most as u64;
+        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>()) as u64;
+        counts.cache_bytes = (work.columns.bytes() + work.boxes.bytes()) as u64;
+    }
+
+    /// Visits all cubes of slab `z` that are to be done, and those that they lead to within the slab.
+    #[inline(always)]
+    fn march_slab<S: Simd>(&mut self, s: S, extent: Extent, z: usize) {
+        let follow = self.scene.seeds == Seeds::Particles;
+        while let Some((x, y)) = self.work.todo[z].pop() {
+            if follow {
+                let [lower, upper] = self.work.pool.pair(z);
+                if (lower.done[ABOVE][y] | upper.done[BELOW][y]) >> x & 1 != 0 {
+                    continue;
+                }
+                lower.done[ABOVE][y] |= 1 << x;
+                upper.done[BELOW][y] |= 1 << x;
+                for row in [y, y + 1] {
+                    lower.touch(row);
+                    upper.touch(row);
+                }
+                self.evaluate_corners(s, extent, [x, y, z]);
+            }
+            self.piece.counts.visited += 1;
+            let case = self.case([x, y, z]);
+            if case == 0 || case == 255 {
+                continue;
+            }
+            let (low, high) = (self.seam.margin, self.seam.cells);
+            if (0..3).all(|a| [x, y, z][a].wrapping_sub(low) < high[a]) {
+                self.make_triangles(s, extent, [x, y, z], case);
+            }
+            if follow {
+                self.push_neighbours(extent, [x, y, z], case);
+            }
+        }
+    }
+}
