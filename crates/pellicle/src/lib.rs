@@ -66,7 +66,9 @@ pub use mesh::{Mesh, VertexAttribute};
 pub use params::{Band, Lanes, Params};
 pub use particles::{Attribute, Positions, infer_radius};
 pub use pipeline::{
-    Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Weighed, contour, reconstruct,
+    Chunk, Contour, ContourParams, ContourPiece, ContourStream, PoolUse, Reconstructor, Sampled, Sorted, StreamSample,
+    StreamShape, Surface, VertexNormals, Weighed, contour, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
+pub use sink::pool::VertexPool;
 pub use stats::Stats;

@@ -9,10 +9,11 @@
 //! is linear in t. Where A, C are on one side and B, D on the other, A and C are joined in that slice if A·C > B·D. This
 //! says something new only at the extremum of the quadratic A·C − B·D, if that lies within the cell: everywhere else what
 //! a slice joins is joined on the cell's surface as well. So one test tells which corners are joined in space. Loops
-//! between the same two regions of space bound one piece of the surface, a disc or (two loops) a tunnel.
+//! between the same two regions of space bound one piece of the surface, a disc or (two loops) a tunnel. More than two never
+//! meet: a cell has one such extremum, so at most two regions are joined by it.
 //!
 //! No edge of a triangle joins two vertices of one face of the cell, except along a curve of that face; where a loop cannot
-//! be triangulated so, it gets a vertex inside the cell. So meshes are closed 2-manifolds at every level.
+//! be triangulated so, it gets a vertex inside the cell, and a tunnel a ring of three. So meshes are closed 2-manifolds at every level.
 //!
 //! Values are relative to the isovalue. One that equals it counts as just below it. Arithmetic is in doubles: exact for
 //! differences that are whole numbers up to about 1000, else rounded, which can only matter where two alternatives are equal
@@ -35,10 +36,10 @@ pub enum Level {
     Topological,
 }
 
-/// Most triangles of a resolved cell: one for each crossed edge, with a vertex inside or along a tunnel.
-pub(crate) const MOST_RESOLVED: usize = 12;
+/// Most triangles of a resolved cell: one for each crossed edge, and six around a ring inside a tunnel.
+pub(crate) const MOST_RESOLVED: usize = 18;
 
-/// Most vertices inside a cell: one a loop.
+/// Most vertices inside a cell: a ring of three, or one for a loop.
 pub(crate) const MOST_INNER: usize = 4;
 
 /// Triangles of one cell.
@@ -154,8 +155,11 @@ pub(crate) fn resolve(case: u8, values: &[f64; 8], level: Level) -> Resolved {
         let regions = |l: usize| regions(case, &loops[l], &joined);
         let partner = (l + 1..len).find(|&m| level == Level::Topological && !done[m] && regions(m) == regions(l));
         match partner {
-            Some(m) if tunnel(&loops[l], &loops[m], &mut out) => done[m] = true,
-            _ => disc(&loops[l], &mut out),
+            Some(m) => {
+                done[m] = true;
+                tunnel(&loops[l], &loops[m], &mut out);
+            }
+            None => disc(&loops[l], &mut out),
         }
     }
     out
@@ -284,9 +288,43 @@ fn disc(ring: &Loop, out: &mut Resolved) {
     }
 }
 
-/// A tunnel between two loops; false if every way to make one has an edge within a face.
-fn tunnel(a: &Loop, b: &Loop, out: &mut Resolved) -> bool {
-    (0..b.len).any(|start| tunnel_from(a, b, start, out))
+/// A tunnel between two loops: without vertices inside where that can be.
+fn tunnel(a: &Loop, b: &Loop, out: &mut Resolved) {
+    if (0..b.len).any(|start| tunnel_from(a, b, start, out)) {
+        return;
+    }
+    // Every way has an edge within a face, or an edge twice (Chernyaev's case 13.5.2): a ring of three vertices between.
+    let start = (0..b.len).find(|&j| may_join(a.edges[0], b.edges[j])).unwrap_or(0);
+    let mut ring = Loop { edges: [0; 12], len: 3 };
+    let mut onward = *b;
+    for j in 0..b.len {
+        // The second loop in the direction of the first.
+        onward.edges[j] = b.edges[(start + b.len - j) % b.len];
+    }
+    for k in 0..3 {
+        let between = [a.edges[k * a.len / 3], onward.edges[k * b.len / 3]];
+        ring.edges[k] = 12 + out.inner_len as u8;
+        out.inner[out.inner_len] = 1 << between[0] | 1 << between[1];
+        out.inner_len += 1;
+    }
+    band(a, &ring, out);
+    band(&ring, &onward, out);
+}
+
+/// A band of triangles between two loops that run the same way; the surface lies to the left of the first.
+fn band(a: &Loop, b: &Loop, out: &mut Resolved) {
+    let (n, m) = (a.len, b.len);
+    let (mut i, mut j) = (0, 0);
+    while i < n || j < m {
+        let (from_a, from_b) = (a.edges[i % n], b.edges[j % m]);
+        if (2 * i + 1) * m <= (2 * j + 1) * n {
+            i += 1;
+            out.push([from_a, a.edges[i % n], from_b]);
+        } else {
+            j += 1;
+            out.push([b.edges[j % m], from_b, from_a]);
+        }
+    }
 }
 
 /// A tunnel whose first edge leads from vertex 0 of `a` to vertex `start` of `b`.

@@ -9,8 +9,8 @@ mod normals;
 mod quality;
 
 pub use check::Report;
-pub(crate) use normals::face_normals;
 pub use distance::{Comparison, Deviation};
+pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
 /// A values-per-vertex channel, such as a velocity.

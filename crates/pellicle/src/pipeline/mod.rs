@@ -5,7 +5,9 @@ mod contour;
 pub(crate) mod engine;
 mod surface;
 
-pub use contour::{Contour, ContourParams, contour};
+pub use contour::{
+    Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+};
 pub use surface::{Chunk, Surface};
 
 use crate::{

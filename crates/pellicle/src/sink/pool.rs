@@ -155,7 +155,10 @@ impl<'p, 'a> Writer<'p, 'a> {
         to.zip(triangle).for_each(|(to, corner)| to[..3].copy_from_slice(corner));
         if let Some(normals) = &mut block.normals {
             let normal = face_normal(triangle);
-            normals[3 * at * normal_stride..].chunks_mut(normal_stride).take(3).for_each(|to| to[..3].copy_from_slice(&normal));
+            normals[3 * at * normal_stride..]
+                .chunks_mut(normal_stride)
+                .take(3)
+                .for_each(|to| to[..3].copy_from_slice(&normal));
         }
     }
 }

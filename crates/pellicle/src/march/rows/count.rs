@@ -10,10 +10,7 @@ use super::{Iso, Rows, Shape, classify::Signs};
 use crate::{
     Error,
     march::{cubes::count::crossed_cells, tables::COUNTS},
-    math::{
-        bits::transpose8,
-        simd::{Kernel, Simd, Unit},
-    },
+    math::simd::{Kernel, Simd, Unit},
 };
 
 /// Where a row's vertices and triangles begin, or, before they are summed up, how many it has.
@@ -110,18 +107,16 @@ pub(crate) fn corner_words(rows: &[&[u64]; 4], w: usize) -> [u64; 8] {
 }
 
 /// The cells of a set, lowest first, with their case numbers.
-pub(crate) struct Cases<'a> {
+pub(crate) struct Cases<'a, S> {
+    simd: S,
     corners: &'a [u64; 8],
     left: u64,
-    /// The group of eight cells whose cases are at hand, or 64.
-    group: u32,
-    cases: u64,
 }
 
-impl<'a> Cases<'a> {
+impl<'a, S: Simd> Cases<'a, S> {
     #[inline(always)]
-    pub(crate) fn new(corners: &'a [u64; 8], cells: u64) -> Self {
-        Self { corners, left: cells, group: 64, cases: 0 }
+    pub(crate) fn new(simd: S, corners: &'a [u64; 8], cells: u64) -> Self {
+        Self { simd, corners, left: cells }
     }
 
     /// The next cell and its case.
@@ -132,15 +127,7 @@ impl<'a> Cases<'a> {
         }
         let cell = self.left.trailing_zeros();
         self.left &= self.left - 1;
-        if cell & !7 != self.group {
-            self.group = cell & !7;
-            let mut rows = 0;
-            for c in 0..8 {
-                rows |= (self.corners[c] >> self.group & 0xff) << (8 * c);
-            }
-            self.cases = transpose8(rows);
-        }
-        Some((cell as usize, (self.cases >> (8 * (cell & 7))) as u8))
+        Some((cell as usize, self.simd.bits_at(self.corners, cell)))
     }
 }
 
@@ -157,7 +144,7 @@ impl Kernel for CountRows<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, s: S) {
         let (shape, iso) = (self.grid.shape(), self.iso);
         for (row, to) in self.rows.zip(self.to) {
             let [Some(own), y, z, yz] = four_rows(shape, self.signs, iso.number, row) else { continue };
@@ -172,7 +159,7 @@ impl Kernel for CountRows<'_> {
                 to.vertices[2] += (corners[0] ^ corners[4]).count_ones();
                 let crossed = if has_cells { crossed_cells(&corners) & with_next } else { 0 };
                 let mut triangles = 0u32;
-                let mut cells = Cases::new(&corners, crossed);
+                let mut cells = Cases::new(s, &corners, crossed);
                 while let Some((cell, case)) = cells.next() {
                     if iso.is_hard(case) {
                         let resolved = iso.resolve(self.grid, row, 64 * w + cell, case);

@@ -13,8 +13,10 @@
 //!
 //! Where there is no crossing a sample is read once, compared in its own type, and forgotten. The order of vertices and
 //! triangles is one of rows, not of bricks in Morton order as on the road from particles: a volume that comes slab by slab
-//! from a file gives the same bytes without being held, and rows are how the samples lie in memory. Masks of corners, case
-//! numbers, ranks and tables are those of [`super::cubes`]; one word of 64 nodes is a piece of a row here, a brick there.
+//! from a file gives the same bytes without being held, and rows are how the samples lie in memory. Corner
+//! sets, crossed cells, ranks and tables are those of [`super::cubes`]; one word of 64 nodes is a piece of a row here, a brick
+//! there. A case number is bit n of the eight corner sets at once ([`Simd::bits_at`](crate::math::simd::Simd::bits_at)): a
+//! row has few crossed cells, so transposing all 64, as bricks do, would not pay.
 //!
 //! Source: Lorensen & Cline 1987, Marching Cubes; counting before writing row by row is Schroeder, Maynard, Geveci, Flying
 //! Edges: A High-Performance Scalable Isocontouring Algorithm, 2015; words of bits and ranks by population count in place

@@ -20,7 +20,7 @@ use crate::{
         cubes::count::crossed_cells,
         resolve::{crossing, inner_place},
     },
-    math::bits::ones,
+    math::{bits::ones, simd::Portable},
 };
 
 /// Writes the normals of some rows' vertices.
@@ -132,7 +132,7 @@ impl Normals<'_> {
             }
             for w in 0..if yz.is_some() { own.len() } else { 0 } {
                 let corners = corner_words(&rows, w);
-                let mut cells = Cases::new(&corners, crossed_cells(&corners) & shape.with_next(w));
+                let mut cells = Cases::new(Portable, &corners, crossed_cells(&corners) & shape.with_next(w));
                 while let Some((cell, case)) = cells.next() {
                     if iso.is_hard(case) {
                         let resolved = iso.resolve(grid, row, 64 * w + cell, case);

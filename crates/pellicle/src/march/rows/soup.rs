@@ -17,7 +17,7 @@ use crate::{
         resolve::{crossing, inner_place},
         tables::{CASES, edge_corner},
     },
-    math::bits::ones,
+    math::{bits::ones, simd::Portable},
 };
 
 /// Hands out the triangles of some rows, in the order of the mesh; positions are bit for bit those of the mesh.
@@ -41,7 +41,7 @@ impl Soup<'_> {
             let starts = [0, 1, ny, ny + 1].map(|r| shape.row_start(row + r));
             for w in 0..own.len() {
                 let corners = corner_words(&[own, y, z, yz], w);
-                let mut cells = Cases::new(&corners, crossed_cells(&corners) & shape.with_next(w));
+                let mut cells = Cases::new(Portable, &corners, crossed_cells(&corners) & shape.with_next(w));
                 while let Some((cell, case)) = cells.next() {
                     let i = 64 * w + cell;
                     let values = grid.corners([i, row % ny, row / ny], self.iso.value);

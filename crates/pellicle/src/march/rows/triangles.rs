@@ -84,7 +84,7 @@ impl Kernel for Triangles<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, s: S) {
         let Self { grid, signs, counted, iso, to, .. } = self;
         let shape = grid.shape();
         let flip = shape.is_left_handed();
@@ -101,7 +101,7 @@ impl Kernel for Triangles<'_> {
                 let corners = corner_words(&rows, w);
                 let with_next = shape.with_next(w);
                 ranks.advance(&corners, with_next);
-                let mut cells = Cases::new(&corners, crossed_cells(&corners) & with_next);
+                let mut cells = Cases::new(s, &corners, crossed_cells(&corners) & with_next);
                 while let Some((cell, case)) = cells.next() {
                     let vertices = ranks.vertices(cell);
                     let len;

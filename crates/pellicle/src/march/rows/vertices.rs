@@ -15,7 +15,7 @@ use crate::{
         cubes::count::crossed_cells,
         resolve::{Level, crossing, inner_place},
     },
-    math::simd::{Kernel, Simd, Unit},
+    math::simd::{Kernel, Portable, Simd, Unit},
 };
 
 /// Writes the vertices of some rows.
@@ -123,7 +123,7 @@ fn write_inner<T: Scalar>(
     let start = shape.row_start(row);
     for w in 0..rows[0].len() {
         let corners = corner_words(rows, w);
-        let mut cells = Cases::new(&corners, crossed_cells(&corners) & shape.with_next(w));
+        let mut cells = Cases::new(Portable, &corners, crossed_cells(&corners) & shape.with_next(w));
         while let Some((cell, case)) = cells.next() {
             if !iso.is_hard(case) {
                 continue;

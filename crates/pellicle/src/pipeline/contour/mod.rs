@@ -5,7 +5,7 @@ mod stream;
 mod window;
 
 pub use sinks::PoolUse;
-pub use stream::{ContourPiece, ContourStream, StreamShape};
+pub use stream::{ContourPiece, ContourStream, StreamSample, StreamShape};
 
 use crate::{
     Control, Error, Lanes, Mesh, Stage, Volume,

@@ -3,7 +3,8 @@
 use super::{ContourParams, VertexNormals, window::Window};
 use crate::{
     Border, Control, Error, Mesh, Volume,
-    march::rows::{Grid, Iso, Rows, Shape},
+    field::volume::Scalar,
+    march::rows::{Grid, Iso, Shape},
     math::simd::Unit,
 };
 
@@ -76,8 +77,7 @@ impl StreamShape {
 
     /// Those of a volume.
     pub fn of(volume: &Volume<'_>) -> Self {
-        let (dims, origin, directions, border) =
-            (volume.dims(), volume.origin(), volume.directions(), volume.border());
+        let (dims, origin, directions, border) = (volume.dims(), volume.origin(), volume.directions(), volume.border());
         Self { dims, origin, directions, border }
     }
 
@@ -90,18 +90,12 @@ impl StreamShape {
     }
 }
 
-/// Samples of a slab in a type that a stream can take.
-pub trait StreamSample: private::Sealed {}
-
-mod private {
-    pub trait Sealed: crate::field::volume::Scalar {}
-}
+/// A type of samples that a stream takes: any of those of [`Samples`](crate::Samples).
+#[expect(private_bounds, reason = "sealed: what the trait asks for is nobody else's business")]
+pub trait StreamSample: Scalar {}
 
 macro_rules! stream_samples {
-    ($($type:ty),*) => {$(
-        impl private::Sealed for $type {}
-        impl StreamSample for $type {}
-    )*};
+    ($($type:ty),*) => {$(impl StreamSample for $type {})*};
 }
 stream_samples!(u8, i8, u16, i16, u32, i32, u64, i64, f32, f64);
 
@@ -133,6 +127,11 @@ impl<T: StreamSample> ContourStream<T> {
             first_vertex: 0,
             batch,
         })
+    }
+
+    /// With this many slabs marched at a time, at least 1, in place of about two million nodes: less memory, smaller pieces.
+    pub fn with_batch(self, slabs: usize) -> Self {
+        Self { batch: slabs.max(1), ..self }
     }
 
     /// Nodes of a slab.
@@ -172,7 +171,11 @@ impl<T: StreamSample> ContourStream<T> {
     /// [`Error::Length`] when slabs are missing, [`Error::Count`] as for [`push`](Self::push).
     pub fn finish(mut self) -> Result<ContourPiece, Error> {
         if self.taken() != self.dims[2] {
-            return Err(Error::Length { what: "the volume's slabs".into(), found: self.taken(), expected: self.dims[2] });
+            return Err(Error::Length {
+                what: "the volume's slabs".into(),
+                found: self.taken(),
+                expected: self.dims[2],
+            });
         }
         self.march(self.whole.nodes[2], true)
     }
