@@ -2,10 +2,13 @@
 
 mod contour;
 mod convergence;
+mod fields;
 mod rivals;
 mod rosenberg;
 mod sinks;
 mod surface_nets;
+mod tetrahedra;
+mod walk;
 
 /// Counts bytes, so that tables can tell memory.
 #[global_allocator]
@@ -18,6 +21,9 @@ type Run = fn(&[String]) -> Result<(), String>;
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
     ("convergence", "", convergence::run),
+    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("walk", "", walk::run),
+    ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
     ("surface-nets", "FILE TYPE NX NY NZ ISO REPEATS", surface_nets::run),

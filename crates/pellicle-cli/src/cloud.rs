@@ -2,7 +2,7 @@
 //!
 //! Positions are moved, never copied: they are the largest thing in memory besides the lattice.
 
-use pellicle::{Attribute, Positions};
+use pellicle::{Attribute, Carry, Positions};
 use pellicle_io::{AttributeValues, ParticleAttribute, Particles, PositionData};
 
 /// The particles of one frame.
@@ -12,6 +12,8 @@ pub struct Cloud {
     pub positions: PositionData,
     /// Values per particle, in the order of the file.
     pub channels: Vec<Channel>,
+    /// Each particle's own radius, in world units.
+    pub radii: Option<Vec<f32>>,
 }
 
 /// Values per particle, to be carried to the surface.
@@ -23,12 +25,14 @@ pub struct Channel {
     pub components: usize,
     /// `components` values per particle, particle after particle.
     pub values: Vec<f32>,
+    /// How vertices get them.
+    pub carry: Carry,
 }
 
 impl From<Particles> for Cloud {
     fn from(particles: Particles) -> Self {
         let channels = particles.attributes.into_iter().map(Channel::from).collect();
-        Self { positions: particles.positions, channels }
+        Self { positions: particles.positions, channels, radii: None }
     }
 }
 
@@ -45,11 +49,16 @@ impl From<Cloud> for Particles {
 
 impl From<ParticleAttribute> for Channel {
     fn from(attribute: ParticleAttribute) -> Self {
+        // Whole numbers are ids, types, flags: a mean of them means nothing.
+        let carry = match attribute.values {
+            AttributeValues::F32(_) | AttributeValues::F64(_) => Carry::Mean,
+            _ => Carry::Nearest,
+        };
         let values = match attribute.values {
             AttributeValues::F32(values) => values,
             _ => attribute.to_f32().into_owned(),
         };
-        Self { name: attribute.name, components: attribute.components, values }
+        Self { name: attribute.name, components: attribute.components, values, carry }
     }
 }
 
@@ -61,13 +70,20 @@ impl Cloud {
 
     /// Positions for the core.
     pub fn positions(&self) -> Positions<'_> {
-        self.positions.view()
+        let view = self.positions.view();
+        self.radii.as_ref().map_or(view, |radii| view.with_radii(radii))
+    }
+
+    /// The particles and their radii, back from where they came.
+    pub fn back(mut self) -> (Particles, Option<Vec<f32>>) {
+        let radii = self.radii.take();
+        (self.into(), radii)
     }
 
     /// Attributes for the core.
     pub fn attributes(&self) -> Vec<Attribute<'_>> {
         let channels = self.channels.iter();
-        channels.map(|c| Attribute { name: &c.name, components: c.components, values: &c.values }).collect()
+        channels.map(|c| Attribute { carry: c.carry, ..Attribute::new(&c.name, c.components, &c.values) }).collect()
     }
 
     /// Bytes that positions and attributes take.

@@ -1,6 +1,7 @@
 //! Why a run ends without its result, and with which exit code.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use pellicle::Error;
@@ -73,8 +74,27 @@ impl Failure {
 impl From<pellicle_io::Error> for Failure {
     /// Messages of `pellicle-io` name the file and what to do.
     fn from(error: pellicle_io::Error) -> Self {
-        Self::Work(error.to_string())
+        let hint = match &error {
+            pellicle_io::Error::Open { path, source } if source.kind() == ErrorKind::NotFound => similar(path),
+            _ => None,
+        };
+        Self::Work(match hint {
+            Some(name) => format!("{error} (is it {name}?)"),
+            None => error.to_string(),
+        })
     }
+}
+
+/// A file in the same folder whose name is nearly the same as that of one that is not there.
+fn similar(path: &Path) -> Option<String> {
+    /// Of 1: one letter in ten may be wrong.
+    const ALIKE: f64 = 0.9;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let wanted = path.file_name()?.to_str()?;
+    let names = std::fs::read_dir(folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let judged = names.map(|name| (strsim::normalized_damerau_levenshtein(wanted, &name), name));
+    let best = judged.filter(|(alike, _)| *alike >= ALIKE).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)))?;
+    Some(path.with_file_name(best.1).display().to_string())
 }
 
 impl fmt::Display for Failure {

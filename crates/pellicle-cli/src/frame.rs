@@ -13,6 +13,7 @@ use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::field;
 use crate::interrupt;
 use crate::machine;
 use crate::picture;
@@ -27,6 +28,8 @@ use crate::values::{show_bytes, show_many, show_number, show_vertices};
 #[derive(Debug)]
 pub struct Loaded {
     particles: Particles,
+    /// Their own radii, if they have any.
+    radii: Option<Vec<f32>>,
     chosen: Chosen,
     /// How many are in the file of spray, once they are.
     sprayed: Option<usize>,
@@ -54,9 +57,9 @@ pub fn load(job: &MeshJob, frame: &Frame, clock: StageClock) -> Result<Loaded, F
     let options = ReadOptions { frame: frame.step.unwrap_or(job.read.frame), ..job.read.clone() };
     let mut particles = read_particles(&frame.input, &options)?;
     let chosen = job.choice.apply(&mut particles, &frame.input)?;
-    job.keep_carried(&mut particles);
+    let radii = job.keep_carried(&mut particles, &frame.input)?;
     clock.pause();
-    Ok(Loaded { particles, chosen, sprayed: None, clock })
+    Ok(Loaded { particles, radii, chosen, sprayed: None, clock })
 }
 
 impl Loaded {
@@ -119,29 +122,31 @@ impl Loaded {
         if let (Some(path), None) = (&frame.spray, self.sprayed) {
             self.clock.begin("spray");
             let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
-            let spray = spray::split(&mut self.particles, &params, &control, &frame.input)?;
+            let spray = spray::split(&mut self.particles, &mut self.radii, &params, &control, &frame.input)?;
             write_particles(path, &spray, &WriteOptions { up: job.up, ..WriteOptions::default() })?;
             self.sprayed = Some(spray.positions.len());
         }
         let target = Target::new(frame.output.clone())?;
         // A frame may be tried again with more memory: its particles come back.
-        let cloud = Cloud::from(std::mem::take(&mut self.particles));
+        let cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
         let choice = job.choice.record();
         let order = Order {
             choice: &choice,
+            radius_attribute: job.radius_attribute.as_deref(),
             source: &frame.input,
             params: &params,
             is_radius_known: radius.is_some(),
             target: &target,
             up: job.up,
             keep_mesh: frame.png.is_some(),
+            finishing: job.finishing,
         };
         let made = make(&cloud, &order, reconstructor, &self.clock);
         let (particles, attributes) = (cloud.len(), cloud.channels.iter().map(|c| c.name.clone()).collect());
         let mut made = match made {
             Ok(made) => made,
             Err(failure) => {
-                self.particles = cloud.into();
+                (self.particles, self.radii) = cloud.back();
                 return Err(failure);
             }
         };
@@ -245,6 +250,8 @@ impl Outcome {
         json!({
             "particle_radius": self.radius,
             "particle_radius_inferred": job.radius.is_none() && self.radius.is_some(),
+            "field": field::show(params.field),
+            "radius_attribute": job.radius_attribute,
             "smoothing_length": params.smoothing_length,
             "cell_size": params.cell_size,
             "threshold": params.iso,
@@ -265,8 +272,11 @@ impl Outcome {
             console.detail(format_args!("  radius {}, as given", show_number(radius)));
         }
         console.detail(format_args!(
-            "  smoothing length {} radii, cell {} radii, threshold {}",
-            params.smoothing_length, params.cell_size, params.iso
+            "  field {}, smoothing length {} radii, cell {} radii, threshold {}",
+            field::show(params.field),
+            params.smoothing_length,
+            params.cell_size,
+            params.iso
         ));
         if !self.attributes.is_empty() {
             console.detail(format_args!("  carries {}", self.attributes.join(", ")));

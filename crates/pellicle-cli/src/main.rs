@@ -12,6 +12,8 @@ mod commands;
 mod config;
 mod console;
 mod failure;
+mod field;
+mod finish;
 mod frame;
 mod interrupt;
 mod machine;
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
         Verb::Render(args) => commands::render::run(args, &console),
         Verb::Demo(args) => commands::demo::run(args, &console),
         Verb::Formats(args) => commands::formats::run(args, &console),
+        Verb::Fields(args) => commands::fields::run(args, &console),
         Verb::Completions(args) => commands::manual::completions(args, &console),
         Verb::Man(args) => commands::manual::man(args, &console),
     };

@@ -107,7 +107,7 @@ fn scalars(content: &Content, name: &str, input: &Path) -> Result<Scalars<'stati
         Content::Particles(particles) => (
             particles.attribute(name).map(|a| {
                 let values = a.to_f32();
-                let view = pellicle::Attribute { name: &a.name, components: a.components, values: &values };
+                let view = pellicle::Attribute::new(&a.name, a.components, &values);
                 owned(Scalars::of_particles(&view))
             }),
             particles.attributes.iter().map(|a| a.name.as_str()).collect(),

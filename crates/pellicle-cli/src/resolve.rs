@@ -2,7 +2,7 @@
 //! data make (the radius when it is not given, which attributes there are).
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pellicle::{Band, Lanes, Params};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
@@ -10,8 +10,11 @@ use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
 use crate::choose::crop::Crop;
 use crate::choose::expression::Expression;
+use crate::choose::transform::SCALED;
 use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
+use crate::field;
+use crate::finish::Finishing;
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
@@ -25,6 +28,10 @@ pub struct MeshJob {
     pub radius: Option<f64>,
     /// Everything that decides the surface, but for the radius.
     pub params: Params,
+    /// The attribute with each particle's own radius.
+    pub radius_attribute: Option<String>,
+    /// What is done to the mesh.
+    pub finishing: Finishing,
     /// How to read particles.
     pub read: ReadOptions,
     /// Which particles.
@@ -116,7 +123,8 @@ impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
         let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
-        let (read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
+        let (mut read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
+        read.also.extend(args.surface.radius_attribute.clone().filter(|name| !read.also.contains(name)));
         let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
         files.png.clone_from(&args.png);
         files.spray.clone_from(&args.spray);
@@ -131,7 +139,9 @@ impl MeshJob {
         Ok(Self {
             files,
             radius: args.surface.radius,
-            params: params(args, machine::lanes_from_environment()?),
+            params: params(args, machine::lanes_from_environment()?)?,
+            radius_attribute: args.surface.radius_attribute.clone(),
+            finishing: Finishing::new(args.finish.smooth, args.finish.keep),
             read,
             choice,
             carry,
@@ -142,9 +152,28 @@ impl MeshJob {
         })
     }
 
-    /// Leaves out attributes that were read for the choice of particles only.
-    pub fn keep_carried(&self, particles: &mut Particles) {
+    /// Leaves out attributes that were read for the choice of particles only, or for their radius; returns the latter.
+    ///
+    /// # Errors
+    /// An attribute of radii with more than one component.
+    pub fn keep_carried(&self, particles: &mut Particles, path: &Path) -> Result<Option<Vec<f32>>, Failure> {
+        let radii = self.radius_attribute.as_ref().and_then(|name| particles.attribute(name));
+        let radii = match radii {
+            Some(found) if found.components == 1 => {
+                // Radii are lengths, whatever their name.
+                let is_scaled = SCALED.contains(&found.name.as_str());
+                let factor = self.choice.scale.filter(|_| !is_scaled).unwrap_or(1.0);
+                Some(found.to_f32().iter().map(|&r| (f64::from(r) * factor) as f32).collect())
+            }
+            Some(found) => {
+                let what =
+                    format_args!("--radius-attribute {}: has {} components, not 1", found.name, found.components);
+                return Err(Failure::file(path, what));
+            }
+            None => None,
+        };
         keep_carried(&self.carry, &self.read.also, particles);
+        Ok(radii)
     }
 }
 
@@ -155,14 +184,16 @@ pub fn keep_carried(carry: &AttributeChoice, also: &[String], particles: &mut Pa
     }
 }
 
-fn params(args: &MeshArgs, lanes: Lanes) -> Params {
+fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
     let surface = &args.surface;
-    Params {
+    let field = surface.field.as_deref().map(field::parse).transpose()?.unwrap_or_default();
+    let params = Params {
         // 1 until the data have said it.
         particle_radius: surface.radius.unwrap_or(1.0),
-        smoothing_length: surface.smoothing_length,
+        field,
+        smoothing_length: surface.smoothing_length.unwrap_or_else(|| field.smoothing_length()),
         cell_size: surface.cell,
-        iso: surface.threshold,
+        iso: surface.threshold.unwrap_or_else(|| field.iso()),
         band: match surface.band {
             BandArg::Auto => Band::Auto,
             BandArg::Full => Band::Full,
@@ -170,13 +201,13 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Params {
         normals: args.normals == Switch::On,
         max_memory: args.max_memory,
         lanes,
-    }
+    };
+    field::check(&params)?;
+    Ok(params)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use clap::Parser;
 
     use super::*;
@@ -195,6 +226,7 @@ mod tests {
         assert_eq!(job.radius, None);
         assert_eq!(job.params, Params::new(1.0), "the defaults of the command are those of the library");
         assert_eq!(job.carry, AttributeChoice::Velocity);
+        assert_eq!(job.finishing, Finishing::default());
         assert_eq!(job.read, ReadOptions::default());
         assert!(job.choice.invalid == Invalid::Refuse && job.watch.is_none() && !job.skip_existing);
     }
@@ -203,10 +235,12 @@ mod tests {
     fn every_option_arrives() {
         let line = "pellicle mesh a.xyz -o b.obj -r 0.1 -l 1.5 -c 0.75 -t 0.4 --band full --attributes all \
                     --normals on --threads 3 --max-memory 2K --drop-invalid --where type==1 --crop 0,0,0 -,1,2 --scale 2 --up z \
-                    --array a --step 3 --raw f64 --frames 1-9 --shard 2/3 --skip-existing --watch=7 --png p.png --spray s.ply";
+                    --array a --step 3 --raw f64 --frames 1-9 --shard 2/3 --skip-existing --watch=7 --png p.png --spray s.ply \
+                    --smooth=iterations=3 --keep largest=1";
         let job = resolve(line).unwrap_or_else(|e| panic!("{e}"));
         let expected = Params {
             particle_radius: 0.1,
+            field: pellicle::ScalarField::Sph,
             smoothing_length: 1.5,
             cell_size: 0.75,
             iso: 0.4,
@@ -229,6 +263,8 @@ mod tests {
         assert_eq!(job.read, read);
         assert!(job.choice.invalid == Invalid::Drop && job.choice.crop.is_some() && job.choice.filter.is_some());
         assert_eq!((job.choice.scale, job.up, job.watch, job.skip_existing), (Some(2.0), Up::Z, Some(7.0), true));
+        assert_eq!(job.finishing.finish.smoothing.map(|s| s.iterations), Some(3));
+        assert_eq!(job.finishing.finish.keep.largest, Some(1));
         assert!(job.files.frames.is_some() && job.files.shard.is_some());
         assert_eq!(job.files.png.as_deref(), Some(Path::new("p.png")));
         assert_eq!(job.files.spray.as_deref(), Some(Path::new("s.ply")));

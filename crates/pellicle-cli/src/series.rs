@@ -31,7 +31,7 @@ use crate::plan::{Frame, Plan, is_done};
 use crate::resolve::MeshJob;
 use crate::target::Target;
 use crate::values::{show_many, show_number};
-use crate::watch::Watch;
+use crate::watch::{Watch, is_settled};
 
 /// Frames that are meshed at the same time.
 const AT_ONCE: usize = 2;
@@ -72,7 +72,8 @@ pub fn run(job: &MeshJob, plan: &Plan, console: &Console) -> Result<(), Failure>
     let (radius, mut first) = common_radius(job, plan, &reading, console)?;
     let radius = radius.map_or_else(OnceLock::new, OnceLock::from);
     let series = Series { job, plan, console, radius, memory: RwLock::new(()), endings: Mutex::default() };
-    console.begin_progress(plan.frames.len());
+    // Watched frames are counted as they are found.
+    console.begin_progress(if job.watch.is_some() { 0 } else { plan.frames.len() });
     let (sender, receiver) = sync_channel(0);
     let receiver = Mutex::new(receiver);
     std::thread::scope(|scope| {
@@ -98,14 +99,16 @@ fn common_radius(
     if job.radius.is_some() {
         return Ok((job.radius, None));
     }
-    for frame in &plan.whole {
+    let is_watched = job.watch.is_some();
+    for frame in plan.whole.iter().filter(|frame| !is_watched || is_settled(&frame.input)) {
         interrupt::check()?;
         // What is wrong with it is said when its turn comes.
         let Ok(loaded) = reading.install(|| load(job, frame, StageClock::start())) else { continue };
         if let Ok(Some(radius)) = reading.install(|| loaded.infer(job, &frame.input)) {
             tell_radius(frame, radius, console);
             let is_first = plan.frames.first().is_some_and(|f| f.input == frame.input && f.step == frame.step);
-            return Ok((Some(radius), is_first.then_some(loaded)));
+            // Of watched frames nobody knows which comes first.
+            return Ok((Some(radius), (is_first && !is_watched).then_some(loaded)));
         }
     }
     Ok((None, None))
@@ -119,8 +122,8 @@ fn tell_radius(frame: &Frame, radius: f64, console: &Console) {
 impl Series<'_> {
     /// Reads frame after frame, in order, one ahead of the meshers.
     fn read_all(&self, first: &mut Option<Loaded>, meshers: SyncSender<Parcel>, reading: &ThreadPool) {
-        let mut frames = self.plan.frames.clone();
-        let mut watch = self.job.watch.map(|patience| Watch::new(patience, &frames));
+        let mut watch = self.job.watch.map(Watch::new);
+        let mut frames = if watch.is_some() { Vec::new() } else { self.plan.frames.clone() };
         loop {
             for frame in std::mem::take(&mut frames) {
                 if interrupt::is_asked() {
@@ -225,7 +228,15 @@ impl Series<'_> {
             Ending::Failed(failure) => self.console.frame_failed(failure),
         }
         self.console.advance_progress();
-        self.endings.lock().unwrap_or_else(PoisonError::into_inner).push((frame, ending));
+        let mut endings = self.endings.lock().unwrap_or_else(PoisonError::into_inner);
+        // A watched frame that has changed is made again, and the last time counts.
+        let is_same = |(earlier, _): &&mut (Frame, Ending)| {
+            self.job.watch.is_some() && earlier.input == frame.input && earlier.step == frame.step
+        };
+        match endings.iter_mut().find(is_same) {
+            Some(earlier) => earlier.1 = ending,
+            None => endings.push((frame, ending)),
+        }
     }
 }
 

@@ -13,13 +13,14 @@ use crate::choose::retain::{copy, retain};
 use crate::failure::Failure;
 
 /// Takes the isolated particles out of `particles` and returns them, in the file's order, with all attributes that were read
-/// and a `radius`, the particle radius of `params`, unless they have one. Runs in the current rayon pool. `path` is their
+/// and a `radius`, their own or the particle radius of `params`, unless they have one; `radii` stays beside `particles`. Runs in the current rayon pool. `path` is their
 /// file, for messages.
 ///
 /// # Errors
 /// A position that is not finite, a radius that is none, an interruption.
 pub fn split(
     particles: &mut Particles,
+    radii: &mut Option<Vec<f32>>,
     params: &Params,
     control: &Control<'_>,
     path: &Path,
@@ -29,8 +30,18 @@ pub fn split(
     let mut spray = copy(particles, &is_spray);
     let is_kept: Vec<bool> = is_spray.into_iter().map(|s| !s).collect();
     retain(particles, &is_kept);
+    let own = radii.as_mut().map(|radii| {
+        let (mut gone, mut kept) = (Vec::new(), is_kept.iter());
+        radii.retain(|&radius| {
+            let stays = kept.next() != Some(&false);
+            gone.extend((!stays).then_some(radius));
+            stays
+        });
+        gone
+    });
     if spray.attribute("radius").is_none() {
-        let values = AttributeValues::F32(vec![params.particle_radius as f32; spray.positions.len()]);
+        let values = own.unwrap_or_else(|| vec![params.particle_radius as f32; spray.positions.len()]);
+        let values = AttributeValues::F32(values);
         spray.attributes.push(ParticleAttribute { name: "radius".into(), components: 1, values });
     }
     Ok(spray)
@@ -52,7 +63,7 @@ mod tests {
 
     fn take(particles: &mut Particles) -> Particles {
         let path = Path::new("a.ply");
-        split(particles, &Params::new(0.25), &Control::default(), path).unwrap_or_else(|e| panic!("{e}"))
+        split(particles, &mut None, &Params::new(0.25), &Control::default(), path).unwrap_or_else(|e| panic!("{e}"))
     }
 
     #[test]

@@ -3,12 +3,15 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, Stats, Surface};
+use pellicle::post::Finish;
+use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, crowding};
 use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
 use crate::clock::StageClock;
 use crate::cloud::Cloud;
 use crate::failure::Failure;
+use crate::field;
+use crate::finish::Finishing;
 use crate::interrupt;
 use crate::machine;
 use crate::target::Target;
@@ -27,10 +30,14 @@ pub struct Order<'a> {
     pub target: &'a Target,
     /// What was chosen of the source's particles, a line each.
     pub choice: &'a [String],
+    /// The attribute that the particles' own radii are from.
+    pub radius_attribute: Option<&'a str>,
     /// The axis that points up, for formats that care.
     pub up: Up,
     /// Whether the mesh is wanted in memory too, for a picture of it.
     pub keep_mesh: bool,
+    /// What is done to the mesh before it is written.
+    pub finishing: Finishing,
 }
 
 /// What was made.
@@ -61,19 +68,30 @@ pub fn make(
     let params = Params { max_memory: memory_left(cloud, order)?, ..order.params.clone() };
     let on_stage = |stage| clock.begin_core(stage);
     let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
-    let attributes = cloud.attributes();
     let core = |error| Failure::core(order.source, error);
+    let Finishing { finish, weighted } = order.finishing;
+    let crowding = weighted.then(|| crowding(cloud.positions(), params.support(), &control)).transpose();
+    let crowding = crowding.map_err(core)?;
+    let mut attributes = cloud.attributes();
+    attributes.extend(crowding.as_ref().map(|values| Attribute::new(CROWDING, 1, values)));
 
     let surface = reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?;
-    let (vertices, triangles) = (surface.vertex_count(), surface.triangle_count());
+    let (mut vertices, mut triangles) = (surface.vertex_count(), surface.triangle_count());
     let stats = surface.stats();
     clock.begin("write");
     let path = order.target.path();
     let (mut kept, mut left_out) = (None, Vec::new());
-    if order.target.is_stream() && !order.keep_mesh {
+    if order.target.is_stream() && !order.keep_mesh && finish.is_nothing() {
         write_stream(&surface, &attributes, &params, order)?;
     } else {
-        let mesh = surface.to_mesh().map_err(core)?;
+        let mut mesh = surface.to_mesh().map_err(core)?;
+        if !finish.is_nothing() {
+            clock.begin("finish");
+            check_memory(&finish, &mesh, &params, order)?;
+            let crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
+            finish.apply(&mut mesh, params.spacing(), crowding.as_deref(), &control).map_err(core)?;
+            (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
+        }
         clock.begin("write");
         interrupt::check()?;
         let options = WriteOptions { comments: order.record(), up: order.up, ..WriteOptions::default() };
@@ -82,6 +100,21 @@ pub fn make(
     }
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
     Ok(Made { vertices, triangles, bytes, stats, mesh: kept, left_out })
+}
+
+/// What the crowding of particles is called while it travels to the vertices.
+const CROWDING: &str = "crowding";
+
+/// Whether finishing fits what the limit leaves besides the mesh.
+fn check_memory(finish: &Finish, mesh: &Mesh, params: &Params, order: &Order) -> Result<(), Failure> {
+    let needed = finish.memory(mesh);
+    match params.max_memory {
+        Some(available) if needed > available => Err(Failure::core(
+            order.source,
+            pellicle::Error::Memory { what: "finishing the mesh (--smooth, --keep)", needed, available },
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a PLY file chunk by chunk, while the surface is made: the mesh is never in memory as a whole.
@@ -162,14 +195,22 @@ impl Order<'_> {
     /// The parameters that decide the mesh, for the output's header. Threads, memory limit, band and vector unit are
     /// left out: they decide nothing, and files that hold the same mesh shall be the same.
     pub fn record(&self) -> Vec<String> {
-        let Params { particle_radius, smoothing_length, cell_size, iso, .. } = self.params;
+        let Params { particle_radius, field, smoothing_length, cell_size, iso, .. } = *self.params;
         let source = self.source.file_name().unwrap_or_default().to_string_lossy();
         let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
         lines.extend_from_slice(self.choice);
         if self.is_radius_known {
             lines.push(format!("particle_radius {particle_radius}"));
         }
+        if let Some(name) = self.radius_attribute {
+            lines.push(format!("radius_attribute {name}"));
+        }
+        // The SPH field goes without saying, as it always did.
+        if field != ScalarField::Sph {
+            lines.push(format!("field {}", field::show(field)));
+        }
         lines.push(format!("smoothing_length {smoothing_length} radii, cell_size {cell_size} radii, threshold {iso}"));
+        lines.extend(self.finishing.record());
         lines
     }
 }

@@ -15,6 +15,11 @@ impl Target {
     pub fn new(path: PathBuf) -> Result<Self, Failure> {
         match pellicle_io::check_mesh_format(&path) {
             Ok(()) => Ok(Self { path }),
+            Err(_) if has_extension(&path, "png") => {
+                let path = path.display();
+                let hint = "name a mesh, and the picture by --png; render draws a mesh or particles that are there";
+                Err(Failure::Usage(format!("{path}: this would be a picture, not a mesh ({hint})")))
+            }
             Err(error) => Err(Failure::Usage(error.to_string())),
         }
     }
@@ -26,11 +31,15 @@ impl Target {
 
     /// Whether the mesh can be written chunk by chunk while it is made, as PLY; other formats need all of it at once.
     pub fn is_stream(&self) -> bool {
-        self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("ply"))
+        has_extension(&self.path, "ply")
     }
 
     /// Finds out whether a file can be made there, before any work is done.
     pub fn check(&self) -> Result<(), Failure> {
         Ok(pellicle_io::check_writable(&self.path)?)
     }
+}
+
+fn has_extension(path: &Path, wanted: &str) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }

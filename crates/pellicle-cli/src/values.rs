@@ -47,6 +47,11 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number.
+pub fn parse_finite(text: &str) -> Result<f64, String> {
+    text.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| "must be a finite number".into())
+}
+
 /// Width and height of a picture, such as 1920x1080.
 pub fn parse_pixels(text: &str) -> Result<(u32, u32), String> {
     let most = pellicle_render::Settings::MOST;

@@ -46,10 +46,9 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Begins with frames that are being made already.
-    pub fn new(patience: f64, frames: &[Frame]) -> Self {
-        let known = frames.iter().filter_map(|frame| Some((frame.input.clone(), signature(&frame.input)?))).collect();
-        Self { patience, known, pending: HashMap::new(), last: Instant::now() }
+    /// Nothing is known yet: of the frames that are there the last may be half-written.
+    pub fn new(patience: f64) -> Self {
+        Self { patience, known: HashMap::new(), pending: HashMap::new(), last: Instant::now() }
     }
 
     /// Waits for the next frames. `None` when patience is over or Ctrl-C was pressed.
@@ -91,14 +90,25 @@ impl Watch {
         if pending.signature != now {
             *pending = Pending { signature: now, since: Instant::now() };
         }
-        let age = now.modified.elapsed().unwrap_or_default();
-        if pending.since.elapsed() < SETTLED && age < 2 * SETTLED {
+        if pending.since.elapsed() < SETTLED && !now.is_old() {
             return false;
         }
         self.pending.remove(path);
         self.known.insert(path.to_owned(), now);
         true
     }
+}
+
+impl Signature {
+    /// Whether nobody has written for so long that one look is enough.
+    fn is_old(&self) -> bool {
+        self.modified.elapsed().unwrap_or_default() >= 2 * SETTLED
+    }
+}
+
+/// Whether the file is complete as far as one look can tell.
+pub fn is_settled(path: &Path) -> bool {
+    signature(path).is_some_and(|signature| signature.is_old())
 }
 
 fn signature(path: &Path) -> Option<Signature> {

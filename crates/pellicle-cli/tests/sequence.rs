@@ -154,6 +154,35 @@ fn frames_are_meshed_as_they_come() {
 }
 
 #[test]
+fn a_watched_frame_that_is_half_written_at_the_start_is_waited_for_and_a_mended_one_counts() {
+    let folder = Folder::new();
+    let bytes: Vec<u8> = cube(6).as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    folder.write("f_001.xyz", &bytes[..100]);
+    let child = folder
+        .command(&["mesh", "f_###.xyz", "-r", "0.5", "-o", "out/", "--watch=5", "--json"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    folder.write("f_001.xyz", &bytes);
+    // This one is not only late: it fails, and is written again.
+    folder.write("f_002.xyz", &bytes[..100]);
+    std::thread::sleep(Duration::from_millis(3000));
+    folder.write("f_002.xyz", &bytes);
+    let run = common::Run::of(child.wait_with_output().unwrap()).expect(0);
+    assert!(
+        !run.stderr.contains("f_001.xyz: 100 bytes") && run.stderr.contains("f_002.xyz: 100 bytes"),
+        "{}",
+        run.stderr
+    );
+    let report = run.json();
+    assert_eq!((&report["frames_done"], &report["frames_failed"]), (&2.into(), &0.into()));
+    assert_eq!(report["frames"].as_array().map(Vec::len), Some(2));
+    assert!(folder.path("out/f_002.ply").exists());
+}
+
+#[test]
 #[cfg(unix)]
 fn a_killed_run_leaves_only_whole_files_and_goes_on_where_it_was() {
     let folder = Folder::new();
@@ -212,7 +241,7 @@ fn wrong_sequences_are_told_before_any_work() {
         (&["mesh", "f_###.xyz", "--shard", "3/2"], 2, "part 3 of 2"),
         (&["mesh", "f_###.xyz", "--frames", "9-1"], 2, "1-9"),
         (&["mesh", "f_###.xyz", "-o", "f_###.xyz"], 2, "overwrite"),
-        (&["mesh", "f_###.xyz", "-o", "s_###.xyz"], 2, "not known"),
+        (&["mesh", "f_###.xyz", "-o", "s_###.xyz"], 2, "not possible"),
         (&["mesh", "--config", "absent.toml"], 1, "absent.toml"),
         (&["mesh"], 2, "IN"),
     ] {

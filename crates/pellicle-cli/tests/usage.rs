@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::Folder;
+use common::{Folder, cube};
 
 /// A screen: what a terminal of common size shows, two lines left for the prompt.
 const SCREEN: usize = 50;
@@ -19,6 +19,7 @@ fn help_fits_on_a_screen_and_names_every_default() {
         &["check"],
         &["demo"],
         &["formats"],
+        &["fields"],
         &["completions"],
         &["man"],
     ] {
@@ -52,6 +53,10 @@ fn values_that_cannot_mean_anything_are_usage_errors_before_any_file_is_read() {
         &["-c", "-0.5"],
         &["-t", "0"],
         &["-t", "x"],
+        &["--field", "mud"],
+        &["--field", "solenthaler:t-high=0"],
+        &["--field", "solenthaler", "-l", "0.5"],
+        &["--field", "solenthaler", "-t", "2"],
         &["--band", "paper"],
         &["--normals", "maybe"],
         &["--attributes", "a,,b"],
@@ -96,4 +101,20 @@ fn an_unknown_vector_unit_is_a_usage_error_and_every_known_one_gives_the_same_by
         run.expect(0);
         assert!(std::fs::read(folder.path("cube.ply")).unwrap() == portable, "{lanes}");
     }
+}
+
+#[test]
+fn errors_tell_what_was_likely_meant() {
+    let folder = Folder::new();
+    folder.write_xyz("frame_0001.xyz", &cube(3));
+    let fails = |line: &[&str], code, hint: &str| {
+        let run = folder.run(line).expect(code);
+        assert!(run.stderr.contains(hint), "{line:?}: {}", run.stderr);
+    };
+    fails(&["mesh", "fram_0001.xyz"], 1, "(is it frame_0001.xyz?)");
+    fails(&["mesh", "other.xyz"], 1, "cannot open");
+    fails(&["mesh", "frame_0001.xyz", "-o", "a.png"], 2, "--png");
+    fails(&["check", "frame_0001.xyz"], 1, "with raw XYZ this is not possible: meshes are read from .ply");
+    fails(&["mehs"], 2, "'mesh'");
+    fails(&["mesh", "frame_0001.xyz", "--cel", "1"], 2, "'--cell'");
 }

@@ -2,7 +2,9 @@
 
 use std::sync::Mutex;
 
-use pellicle::{Attribute, Band, Chunk, Control, Error, Lanes, Mesh, Params, Positions, Reconstructor, Stats, Surface};
+use pellicle::{
+    Attribute, Band, Chunk, Control, Error, Lanes, Mesh, Params, Positions, Reconstructor, ScalarField, Stats, Surface,
+};
 
 use crate::Scene;
 
@@ -24,8 +26,8 @@ pub enum Memory {
     Least,
 }
 
-/// Road A with the SPH colour field, on one backend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Road A, with one field and on one backend.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Subject {
     /// Vector unit.
     pub lanes: Lanes,
@@ -37,12 +39,21 @@ pub struct Subject {
     pub delivery: Delivery,
     /// How much memory.
     pub memory: Memory,
+    /// The field, with its defaults, in place of the scene's; `None` leaves the scene alone.
+    pub field: Option<ScalarField>,
 }
 
 impl Default for Subject {
     /// What a caller gets who chooses nothing, on two threads.
     fn default() -> Self {
-        Self { lanes: Lanes::Auto, threads: 2, band: Band::Auto, delivery: Delivery::Whole, memory: Memory::Unlimited }
+        Self {
+            lanes: Lanes::Auto,
+            threads: 2,
+            band: Band::Auto,
+            delivery: Delivery::Whole,
+            memory: Memory::Unlimited,
+            field: None,
+        }
     }
 }
 
@@ -50,6 +61,14 @@ impl Subject {
     /// What all others must equal, byte for byte.
     pub fn reference() -> Self {
         Self { lanes: Lanes::Portable, threads: 1, band: Band::Full, ..Self::default() }
+    }
+
+    /// The default subject with a field of this name.
+    ///
+    /// # Panics
+    /// When there is no such field.
+    pub fn with_field(name: &str) -> Self {
+        Self { field: Some(ScalarField::from_name(name).expect("a field of this name")), ..Self::default() }
     }
 
     /// Whether this machine has the vector unit.
@@ -60,7 +79,11 @@ impl Subject {
 
     /// The scene's parameters as this subject uses them.
     pub fn params(&self, scene: &Scene) -> Params {
-        Params { lanes: self.lanes, band: self.band, ..scene.params.clone() }
+        let params = Params { lanes: self.lanes, band: self.band, ..scene.params.clone() };
+        match self.field {
+            Some(field) => Params { field, smoothing_length: field.smoothing_length(), iso: field.iso(), ..params },
+            None => params,
+        }
     }
 
     /// The scene's mesh, without attributes.

@@ -7,7 +7,7 @@ use std::{
     sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed},
 };
 
-use pellicle::{Control, Error, Mesh, Params, Reconstructor};
+use pellicle::{Control, Error, Mesh, Params, Reconstructor, realtime, sink};
 use pellicle_conformance::{
     Random, Scene,
     cavities::{Hole, bulk},
@@ -177,5 +177,60 @@ fn cells_far_too_small_are_refused_before_memory_is_taken() {
         println!("cell {cell_size}: peak {} bytes, {:?}", used.peak, result.as_ref().err());
         assert!(matches!(result, Err(Error::Memory { .. })), "cell {cell_size}");
         assert!(used.peak < 4 * limit as i64, "cell {cell_size}: {used:?} under a limit of {limit}");
+    }
+}
+
+#[test]
+fn the_engine_allocates_nothing_once_it_is_warm() {
+    let _alone = alone();
+    let [first, second] = frames();
+    for threads in [1, 2] {
+        in_pool(threads, || {
+            let params = realtime::Params { field: realtime::Metaball::Triquet, ..realtime::Params::new(0.2, 0.05) };
+            let mut engine = realtime::Engine::new(params).expect("parameters");
+            let (mut vertices, mut indices) = (vec![0u8; 24 << 20], vec![0u32; 6 << 20]);
+            let mut run = |scene: &Scene| {
+                let positions = &scene.positions;
+                let mut buffers =
+                    sink::Buffers::new(sink::Layout::POSITIONS_NORMALS, &mut vertices, &mut indices).expect("a layout");
+                count(|| engine.update(positions, &mut buffers).expect("a surface")).1
+            };
+            let cold = run(&first);
+            run(&second);
+            run(&first);
+            let warm = [run(&first), run(&second), run(&first)];
+            println!("{threads} threads: cold {cold:?}, warm {warm:?}");
+            assert!(cold.calls > 100, "{cold:?}");
+            assert!(warm.iter().all(|w| w.calls == 0), "{warm:?}");
+        });
+    }
+}
+
+#[test]
+fn levels_allocate_nothing_once_they_are_warm() {
+    let _alone = alone();
+    let [first, second] = frames();
+    for threads in [1, 2] {
+        in_pool(threads, || {
+            let params = realtime::Params { block: [16; 3], ..realtime::Params::new(0.2, 0.05) };
+            let mut engine = realtime::Engine::new(params).expect("parameters");
+            let (mut vertices, mut indices) = (vec![0u8; 24 << 20], vec![0u32; 6 << 20]);
+            let mut run = |scene: &Scene| {
+                let mut buffers =
+                    sink::Buffers::new(sink::Layout::POSITIONS_NORMALS, &mut vertices, &mut indices).expect("a layout");
+                let wish = |block: &realtime::Region| block.level_by_distance([0.0; 3], 0.5);
+                let update = || engine.update_with_levels(&scene.positions, wish, &mut buffers).expect("a surface");
+                let (frame, used) = count(update);
+                assert!(frame.levels[0] > 0 && frame.levels[1] > 0, "{:?}", frame.levels);
+                used
+            };
+            let cold = run(&first);
+            run(&second);
+            run(&first);
+            let warm = [run(&first), run(&second), run(&first)];
+            println!("{threads} threads: cold {cold:?}, warm {warm:?}");
+            assert!(cold.calls > 100, "{cold:?}");
+            assert!(warm.iter().all(|w| w.calls == 0), "{warm:?}");
+        });
     }
 }

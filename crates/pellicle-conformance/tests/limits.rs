@@ -67,7 +67,7 @@ fn attributes_and_views_of_the_wrong_length_are_refused() {
     let scene = scenes::torus();
     let values = vec![0.0f32; 3 * scene.positions.len() - 1];
     for components in [0, 1, 2, 3, 4] {
-        let attributes = [Attribute { name: "a", components, values: &values }];
+        let attributes = [Attribute::new("a", components, &values)];
         let found = Subject::default().mesh_of((&scene.positions).into(), &attributes, &scene.params);
         assert!(matches!(found, Err(Error::Length { .. })), "{components}: {found:?}");
     }

@@ -160,10 +160,7 @@ fn a_constant_attribute_stays_constant_and_a_linear_one_nearly_linear() {
     let scene = scenes::ball();
     let constant = vec![7.25f32; scene.positions.len()];
     let linear: Vec<f32> = scene.positions.iter().flat_map(|p| [p[0] as f32, (2.0 * p[1] - p[2]) as f32]).collect();
-    let attributes = [
-        Attribute { name: "constant", components: 1, values: &constant },
-        Attribute { name: "linear", components: 2, values: &linear },
-    ];
+    let attributes = [Attribute::new("constant", 1, &constant), Attribute::new("linear", 2, &linear)];
     let mesh = mesh_with(&scene, &attributes, &Subject::default());
     assert_eq!(mesh.attributes[0].values.len(), mesh.vertices.len());
     assert!(mesh.attributes[0].values.iter().all(|v| (v / 7.25 - 1.0).abs() < 1e-5));
@@ -179,7 +176,7 @@ fn a_constant_attribute_stays_constant_and_a_linear_one_nearly_linear() {
 #[test]
 fn velocity_of_a_lone_particle_is_exact() {
     let velocity = [1.5f32, -2.25, 1e-3];
-    let attributes = [Attribute { name: "velocity", components: 3, values: &velocity }];
+    let attributes = [Attribute::new("velocity", 3, &velocity)];
     let mesh = mesh_with(&scenes::one(), &attributes, &Subject::default());
     for found in mesh.attributes[0].values.chunks_exact(3) {
         for a in 0..3 {
@@ -192,7 +189,7 @@ fn velocity_of_a_lone_particle_is_exact() {
 fn normals_and_attributes_are_the_same_bytes_on_every_backend() {
     let scene = scenes::torus();
     let values: Vec<f32> = scene.positions.iter().flat_map(|p| p.map(|v| v as f32 * 3.7)).collect();
-    let attributes = [Attribute { name: "velocity", components: 3, values: &values }];
+    let attributes = [Attribute::new("velocity", 3, &values)];
     let expected = mesh_with(&scene, &attributes, &Subject::reference());
     assert_eq!(expected.normals.len(), expected.vertices.len());
     use pellicle_conformance::{Delivery::Chunks, Memory::Least};

@@ -21,7 +21,7 @@ fn main() -> Result<(), Failure> {
     let splash = pellicle_scenes::splash(particles, 1);
     let params = Params { normals: true, ..Params::new(f64::from(splash.radius)) };
     let velocities: Vec<f32> = splash.velocities.concat();
-    let velocity = Attribute { name: "velocity", components: 3, values: &velocities };
+    let velocity = Attribute::new("velocity", 3, &velocities);
     let mesh = with_attributes(&splash.positions, &params, &[velocity])?;
     let spheres = Spheres::new(&splash.positions, f64::from(splash.radius));
 

@@ -37,6 +37,14 @@ pub enum Error {
         /// The largest allowed.
         limit: f64,
     },
+    /// A particle's own radius is no length.
+    #[error("particle {index} has the radius {radius}: must be a finite number greater than 0")]
+    Radius {
+        /// Index of the particle in the caller's order, from 0.
+        index: usize,
+        /// The radius as given.
+        radius: f32,
+    },
     /// Two inputs that belong together have different lengths.
     #[error("{what} has {found} values, {expected} were expected")]
     Length {

@@ -35,13 +35,14 @@
 pub mod internals;
 pub mod mesh;
 pub mod particles;
+pub mod post;
 pub mod sink;
 
 /// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
 pub mod realtime {
     pub use crate::{
-        march::slices::{Counts, Neighbour, Neighbours, Plain, Seeds, Skin},
-        pipeline::engine::{Engine, Frame, Metaball, Params, Particles},
+        march::slices::{Clock, Counts, CustomField, DrawOrder, Neighbour, Neighbours, Plain, Seeds, Skin, Times},
+        pipeline::engine::{Engine, Frame, MOST_LEVELS, Metaball, Params, Particles, Region, Reuse, Sweep, View},
     };
 }
 
@@ -59,15 +60,24 @@ mod progress;
 mod stats;
 
 pub use error::Error;
+pub use field::balls::Metaballs;
+pub use field::crowding::crowding;
+pub use field::function::{Domain, Function, Warp};
+pub use field::noise::{Noise, Turbulent};
 pub use field::volume::{Border, Samples, Volume};
+pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
 pub use mesh::{Mesh, VertexAttribute};
-pub use params::{Band, Lanes, Params};
-pub use particles::{Attribute, Positions, infer_radius};
+pub use params::{
+    AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
+    SolenthalerParams, ZhuBridsonParams,
+};
+pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{
     Chunk, Contour, ContourParams, ContourPiece, ContourStream, PoolUse, Reconstructor, Sampled, Sorted, StreamSample,
-    StreamShape, Surface, VertexNormals, Weighed, contour, reconstruct,
+    StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour, contour_function,
+    contour_tetrahedra, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
 pub use sink::pool::VertexPool;

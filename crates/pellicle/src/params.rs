@@ -1,5 +1,12 @@
 //! What the caller chooses. Lengths are in world units unless a name says otherwise.
 
+mod scalar_field;
+
+pub use scalar_field::{
+    AnisotropicParams, FieldParameter, MetaballKernel, MetaballParams, OnderikParams, ScalarField, SolenthalerParams,
+    ZhuBridsonParams,
+};
+
 use crate::Error;
 
 /// Where the field is evaluated.
@@ -28,16 +35,20 @@ pub enum Lanes {
     Portable,
 }
 
-/// Parameters of the surface of SPH particles. Radii and factors follow splashsurf, so that its users can switch.
+/// Parameters of a surface of particles. Radii and factors follow splashsurf, so that its users can switch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Params {
     /// Particle radius r_p: half of the rest spacing. World units, > 0.
     pub particle_radius: f64,
-    /// Smoothing length in particle radii; the kernel's support radius is twice it. > 0, default 2 (support 4 r_p).
+    /// What the surface is a level set of.
+    pub field: ScalarField,
+    /// Smoothing length in particle radii; the field's support radius is twice it, so this is also the support radius in
+    /// spacings. > 0, default 2 (support 4 r_p) for the SPH field; [`ScalarField::smoothing_length`] tells others.
     pub smoothing_length: f64,
     /// Edge of a lattice cell in particle radii. > 0, default 0.5.
     pub cell_size: f64,
-    /// Isovalue of the colour field: a sample is inside when it is greater. > 0, default 0.6.
+    /// Isovalue: a sample is inside when it is greater. Default 0.6 for the SPH field; [`ScalarField::iso`] tells others and
+    /// the unit. > 0 for fields that are 0 outside; those that measure distance also take 0 and less.
     pub iso: f64,
     /// Where to evaluate.
     pub band: Band,
@@ -52,13 +63,26 @@ pub struct Params {
 }
 
 impl Params {
-    /// The defaults for particles of this radius.
+    /// The defaults for particles of this radius: those of the SPH field.
     pub fn new(particle_radius: f64) -> Self {
+        Self::with_field(particle_radius, ScalarField::Sph)
+    }
+
+    /// The defaults of a field for particles of this radius.
+    ///
+    /// ```
+    /// use pellicle::{Params, ScalarField, SolenthalerParams};
+    ///
+    /// let params = Params::with_field(0.025, ScalarField::Solenthaler(SolenthalerParams::default()));
+    /// assert_eq!((params.support(), params.iso), (0.2, 0.0));
+    /// ```
+    pub fn with_field(particle_radius: f64, field: ScalarField) -> Self {
         Self {
             particle_radius,
-            smoothing_length: 2.0,
+            field,
+            smoothing_length: field.smoothing_length(),
             cell_size: 0.5,
-            iso: 0.6,
+            iso: field.iso(),
             band: Band::Auto,
             normals: false,
             max_memory: None,
@@ -66,7 +90,7 @@ impl Params {
         }
     }
 
-    /// Support radius of the kernel in world units.
+    /// Support radius of the field in world units: how far a particle of this radius reaches.
     pub fn support(&self) -> f64 {
         2.0 * self.smoothing_length * self.particle_radius
     }
@@ -91,7 +115,7 @@ impl Params {
         positive("particle_radius", self.particle_radius)?;
         positive("smoothing_length", self.smoothing_length)?;
         positive("cell_size", self.cell_size)?;
-        positive("iso", self.iso)?;
+        self.field.check(self)?;
         let (support, spacing) = (self.support(), self.spacing());
         if !(support.is_normal() && spacing.is_normal() && (1.0 / support).is_normal()) {
             let (value, must) = (self.particle_radius, "a length whose products and reciprocals are ordinary numbers");
@@ -99,7 +123,7 @@ impl Params {
         }
         // Below, one particle's surface has more triangles than can be indexed; above, no node meets a particle.
         if !(1e-5..=1e6).contains(&(spacing / support)) {
-            let (value, must) = (self.cell_size, "between 1e-5 and 1e6 times the kernel's support in radii");
+            let (value, must) = (self.cell_size, "between 1e-5 and 1e6 times the support in radii");
             return Err(Error::Parameter { name: "cell_size", value, must });
         }
         Ok(())

@@ -4,20 +4,23 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use pellicle::post::components::Keep;
 use pellicle_io::AttributeChoice;
 
 use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, WatchArgs};
-use crate::values::{parse_attributes, parse_positive, parse_size, parse_threads};
+use crate::finish::{Smooth, parse_keep, parse_smooth};
+use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, parse_threads};
 
 /// `mesh IN`.
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "Patterns: ####, {}, %04d, $F4. RADII are multiples of -r. File types: pellicle formats"
+    after_help = "IN: particle files: one, several, a folder, a .pvd, or a pattern: frame_####.vtk ({}, %04d, $F4).\n\
+        RADII are multiples of -r. File types: pellicle formats"
 )]
 pub struct MeshArgs {
     /// Particle files: one, several, a folder, a .pvd, or a pattern such as frame_####.vtk
-    #[arg(value_name = "IN", required_unless_present_any = ["config", "print_config"])]
+    #[arg(value_name = "IN", hide = true, required_unless_present_any = ["config", "print_config"])]
     pub input: Vec<PathBuf>,
     /// Mesh file, pattern, folder/ or .pvd [default: IN with .ply]
     #[arg(short, long, value_name = "OUT", alias = "output-file", help_heading = "Output")]
@@ -38,6 +41,10 @@ pub struct MeshArgs {
     /// What the surface is.
     #[command(flatten)]
     pub surface: SurfaceArgs,
+
+    /// What is done to it.
+    #[command(flatten)]
+    pub finish: FinishArgs,
 
     /// Which particles.
     #[command(flatten)]
@@ -75,21 +82,40 @@ pub struct SurfaceArgs {
     /// Particle radius, half the spacing at rest [default: inferred]
     #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
-    /// Smoothing length in radii; larger is smoother
+    /// Scalar field, with :KEY=VALUE,...; see pellicle fields [default: sph]
+    #[arg(long, value_name = "FIELD")]
+    pub field: Option<String>,
+    /// Smoothing length in radii; larger is smoother [default: the field's; sph 2]
     #[arg(short = 'l', long)]
-    #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "2")]
-    pub smoothing_length: f64,
-    /// Edge of a lattice cell in radii; half gives 4 times the faces
+    #[arg(value_name = "RADII", value_parser = parse_positive)]
+    pub smoothing_length: Option<f64>,
+    /// Edge of a lattice cell in radii; half: 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,
-    /// Field at the surface: 0 outside, about 1 inside
-    #[arg(short, long, alias = "surface-threshold")]
-    #[arg(value_name = "VALUE", value_parser = parse_positive, default_value = "0.6")]
-    pub threshold: f64,
+    /// Field at the surface [default: the field's; sph 0.6]
+    #[arg(short, long, alias = "surface-threshold", allow_negative_numbers = true)]
+    #[arg(value_name = "VALUE", value_parser = parse_finite)]
+    pub threshold: Option<f64>,
+    /// Attribute with each particle's own radius [default: one for all]
+    #[arg(long, value_name = "NAME")]
+    pub radius_attribute: Option<String>,
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
+}
+
+/// What is done to a mesh once it is there.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Surface")]
+pub struct FinishArgs {
+    /// No slivers, smoothed, with normals: iterations=25,... [default: no]
+    #[arg(long, value_name = "KEY=VALUE,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    #[arg(value_parser = parse_smooth)]
+    pub smooth: Option<Smooth>,
+    /// Components: largest=N,volume=V,cavities=off [default: all]
+    #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
+    pub keep: Option<Keep>,
 }
 
 /// A choice written as a word.

@@ -48,10 +48,12 @@ pub enum Verb {
     Check(CheckArgs),
     /// Meshes and particles to pictures (PNG)
     Render(Box<RenderArgs>),
-    /// Make a splash of particles, its surface and pictures, to see that all works
+    /// Make a splash of particles, its surface and pictures, to see that all works; or metaballs
     Demo(DemoArgs),
     /// Which file types are read and written
     Formats(FormatsArgs),
+    /// Which scalar fields there are, and their parameters
+    Fields(FieldsArgs),
     /// Print a script that completes this command in your shell
     Completions(CompletionsArgs),
     /// Write the manual pages
@@ -69,6 +71,7 @@ impl Verb {
             Self::Render(_) => "render",
             Self::Demo(_) => "demo",
             Self::Formats(_) => "formats",
+            Self::Fields(_) => "fields",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
         }
@@ -81,6 +84,7 @@ impl Verb {
             Self::Convert(args) => (&args.talk, args.more.verbose),
             Self::Info(args) => (&args.talk, false),
             Self::Formats(args) => (&args.talk, false),
+            Self::Fields(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
             Self::Render(args) => (&args.talk, args.more.verbose),
             Self::Demo(args) => (&args.talk, args.more.verbose),
@@ -129,6 +133,15 @@ pub struct VerboseArgs {
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct FormatsArgs {
+    /// How much is said.
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+/// `fields`.
+#[derive(Debug, Args)]
+#[command(disable_help_flag = true)]
+pub struct FieldsArgs {
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,
@@ -204,11 +217,23 @@ pub struct CheckArgs {
     pub talk: TalkArgs,
 }
 
+/// What `demo` shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum DemoArg {
+    /// A splash of particles and its surface
+    Splash,
+    /// Inverse-square metaballs by tetrahedra, in object, view and post-projection space, and with noise
+    Metaballs,
+}
+
 /// `demo`.
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct DemoArgs {
-    /// Folder for demo.ply, demo.glb, demo.png and demo.html; it must exist
+    /// What to show
+    #[arg(value_name = "WHAT", default_value = "splash")]
+    pub what: DemoArg,
+    /// Folder for the files, demo.ply and others, or metaballs.ply and others; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

@@ -2,17 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use pellicle::{Params, Reconstructor};
+use pellicle::{Carry, Params, Reconstructor};
 use pellicle_io::{PositionData, Up, WriteOptions, check_writable, write_file, write_mesh};
 use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
 use pellicle_scenes::splash;
 use serde_json::json;
 
-use crate::args::DemoArgs;
+use crate::args::{DemoArg, DemoArgs};
 use crate::clock::StageClock;
 use crate::cloud::{Channel, Cloud};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::Finishing;
 use crate::interrupt::{self, Phase};
 use crate::machine;
 use crate::picture;
@@ -33,6 +34,13 @@ const FILES: [&str; 4] = ["demo.ply", "demo.glb", "demo.png", "demo.html"];
 
 /// Runs the verb.
 pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
+    match args.what {
+        DemoArg::Splash => show_splash(args, console),
+        DemoArg::Metaballs => super::demo_metaballs::run(args, console),
+    }
+}
+
+fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     let clock = StageClock::start();
     interrupt::listen();
     let [ply, glb, png, html] = FILES.map(|name| inside(&args.output_dir, name));
@@ -46,8 +54,9 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     clock.begin("splash");
     let scene = splash(PARTICLES, SEED);
     let params = Params { lanes, normals: true, ..Params::new(f64::from(scene.radius)) };
-    let velocity = Channel { name: "velocity".into(), components: 3, values: scene.velocities.into_flattened() };
-    let cloud = Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity] };
+    let values = scene.velocities.into_flattened();
+    let velocity = Channel { name: "velocity".into(), components: 3, values, carry: Carry::Mean };
+    let cloud = Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity], radii: None };
     interrupt::enter(Phase::Working);
     let made = pool.install(|| -> Result<_, Failure> {
         let source = Path::new(SOURCE);
@@ -57,8 +66,10 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             is_radius_known: true,
             target: &target,
             choice: &[],
+            radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();
@@ -110,7 +121,8 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn inside(folder: &Path, name: &str) -> PathBuf {
+/// A file in a folder, without a leading dot.
+pub fn inside(folder: &Path, name: &str) -> PathBuf {
     if folder == Path::new(".") { name.into() } else { folder.join(name) }
 }
 

@@ -3,6 +3,8 @@
 pub mod check;
 pub mod convert;
 pub mod demo;
+mod demo_metaballs;
+pub mod fields;
 pub mod formats;
 pub mod info;
 pub mod manual;

@@ -57,7 +57,11 @@ fn lower_name(path: &Path) -> String {
 }
 
 fn unknown(path: &Path, action: &str, can: impl Fn(&Row) -> bool) -> Error {
-    let what = format!("this file type is not known: {action} {}", catalog::extensions(can));
+    let why = match catalog::by_name(&lower_name(path)) {
+        Some(row) => format!("with {} this is not possible", row.name),
+        None => "this file type is not known".into(),
+    };
+    let what = format!("{why}: {action} {}", catalog::extensions(can));
     Error::Unsupported { path: path.into(), what }
 }
 
@@ -163,6 +167,8 @@ mod tests {
         for head in [&b"\x7fNSJb"[..], b"Ogawa\xff", b"PXR-USDC", b"#usda 1.0", b" BDV\0", b"PGEOMETRY V5"] {
             assert!(mismatch("a PLY file", head).contains("is not read: "), "{head:?}");
         }
-        assert!(mesh_out(Path::new("a.csv")).is_err());
+        let message = mesh_out(Path::new("a.csv")).expect_err("no mesh").to_string();
+        assert!(message.contains("with CSV this is not possible: meshes are written to .ply"), "{message}");
+        assert!(mesh_out(Path::new("a.foo")).expect_err("unknown").to_string().contains("is not known"));
     }
 }

@@ -2,9 +2,11 @@
 //!
 //! Three steps; none changes a value, they only decide where to look.
 //!
-//! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, at most half a support
-//!    radius apart. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
-//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure.
+//! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, as far apart as the field
+//!    allows. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
+//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Some fields prove
+//!    outside from where the particles lie ([`Field::PROVES`](crate::field::Field::PROVES)), for a cube of one coarse step
+//!    around each sample; the cubes of a cell's corners cover it.
 //! 2. **Fill** what is wanted.
 //! 3. **Close**: a brick without values stands for 64 equal signs. Where a node of a filled brick disagrees with a brick
 //!    that it touches (through a face, an edge or a corner), that brick is wanted, too. Repeat until none is.
@@ -23,8 +25,7 @@ use rayon::prelude::*;
 use super::store::{Octet, Source, Store};
 use crate::{
     Error, Stage,
-    field::Field,
-    fill::Values,
+    fill::{Values, simd::Sampling},
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
     lookup::{cells::Cells, directory::Cursor, gather::REACH},
     math::bits::{corner_sets, node_bit, ones, side_mask},
@@ -61,18 +62,13 @@ pub(crate) struct Budget {
 impl Band {
     /// Finds and fills all bricks that matter. `step` is the node distance in support units; `full` asks for every
     /// brick that a particle reaches.
-    pub(crate) fn find<F: Field>(
-        &mut self,
-        source: &Source<'_, F>,
-        step: f64,
-        full: bool,
-        mut budget: Budget,
-    ) -> Result<(), Error> {
+    pub(crate) fn find(&mut self, source: &Source<'_>, step: f64, full: bool, mut budget: Budget) -> Result<(), Error> {
         self.fine.clear();
         self.coarse.clear();
-        let multiple = multiple(step);
+        let bounds = source.field.bounds();
+        let multiple = multiple(step, bounds.map_or(0.5, |bounds| bounds.apart));
         source.control.begin(Stage::Active)?;
-        match source.field.bounds() {
+        match bounds {
             Some(bounds) if multiple > 1 && !full => {
                 let coarse_step = step * f64::from(multiple);
                 want_reached(&mut self.coarse, source.cells, coarse_step, budget)?;
@@ -81,7 +77,7 @@ impl Band {
                 let width = 3.0 * coarse_step;
                 let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
-                self.coarse.fill(source, coarse_step, &thresholds, crowd, false, &mut self.done);
+                self.coarse.fill(source, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
                 source.control.check()?;
                 budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
                 self.want_unsure(multiple, budget)?;
@@ -95,7 +91,7 @@ impl Band {
             if !self.has_values {
                 self.fine.drop_values();
             }
-            self.fine.fill(source, step, &[source.field.iso()], 0, self.has_values, &mut self.done);
+            self.fine.fill(source, step, &[source.field.iso()], None, self.has_values, &mut self.done);
             source.control.check()?;
             self.want_disagreeing(multiple);
         }
@@ -166,10 +162,10 @@ impl Budget {
     }
 }
 
-/// How many fine steps make a coarse one: the largest power of two that stays within half a support radius.
-fn multiple(step: f64) -> i32 {
+/// How many fine steps make a coarse one: the largest power of two that stays within `apart`, in support units.
+fn multiple(step: f64, apart: f64) -> i32 {
     // A little slack, so that a quotient meant to be a whole number is not lost to rounding.
-    let most = (0.5 / step * (1.0 + 1e-9)).clamp(1.0, f64::from(1 << 20));
+    let most = (apart / step * (1.0 + 1e-9)).clamp(1.0, f64::from(1 << 20));
     1 << most.log2().floor() as i32
 }
 
@@ -409,13 +405,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn coarse_steps_are_powers_of_two_within_half_a_support_radius() {
-        assert_eq!(multiple(0.125), 4);
-        assert_eq!(multiple(0.25), 2);
-        assert_eq!(multiple(0.5), 1);
-        assert_eq!(multiple(3.0), 1);
-        assert_eq!(multiple(0.5 / 7.9), 4);
-        assert_eq!(multiple(0.1 * 0.625), 8);
+    fn coarse_steps_are_powers_of_two_within_the_bound() {
+        assert_eq!(multiple(0.125, 0.5), 4);
+        assert_eq!(multiple(0.25, 0.5), 2);
+        assert_eq!(multiple(0.5, 0.5), 1);
+        assert_eq!(multiple(3.0, 0.5), 1);
+        assert_eq!(multiple(0.5 / 7.9, 0.5), 4);
+        assert_eq!(multiple(0.1 * 0.625, 0.5), 8);
+        assert_eq!(multiple(0.0625, 0.25), 4);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 3.
 
 use crate::{
-    lattice::{Coord, plus},
+    lattice::{Coord, ceil_f32, floor_div, floor_f32, plus},
     lookup::{
         columns::Placed,
         directory::{Cursor, Directory},
@@ -26,6 +26,9 @@ pub(crate) struct Blocks {
     /// For each block as found, how many particles, then where they begin.
     starts: Vec<u32>,
     members: Vec<u32>,
+    /// Which blocks each particle reaches, particle after particle, and how many those are.
+    reached: Vec<u32>,
+    reached_by: Vec<u16>,
     /// For each block as found, its place in the order.
     rank: Vec<u32>,
 }
@@ -45,11 +48,39 @@ impl Blocks {
     /// Cuts the world into blocks of `size` cells along each axis. `order` gives each block its key, or `None` to leave it
     /// out.
     pub(crate) fn cut(&mut self, size: Coord, particles: &[Placed], mut order: impl FnMut(Coord) -> Option<u64>) {
+        self.find(size, particles);
+        let mut total = 0;
+        for start in &mut self.starts {
+            total += std::mem::replace(start, total);
+        }
+        self.starts.push(total);
+        self.members.resize(total as usize, 0);
+        let mut reached = self.reached.iter();
+        for (i, &count) in self.reached_by.iter().enumerate() {
+            for &block in reached.by_ref().take(count.into()) {
+                let start = &mut self.starts[block as usize];
+                self.members[*start as usize] = i as u32;
+                *start += 1;
+            }
+        }
+        // Every start has moved to where the next began.
+        self.starts.rotate_right(1);
+        if let Some(first) = self.starts.first_mut() {
+            *first = 0;
+        }
+        self.put_in_order(&mut order);
+    }
+
+    /// Finds the blocks, and counts the particles of each.
+    fn find(&mut self, size: Coord, particles: &[Placed]) {
         self.directory.clear();
         self.found.clear();
         self.starts.clear();
+        self.reached.clear();
+        self.reached_by.clear();
         let mut cursor = Cursor::default();
         for particle in particles {
+            let before = self.reached.len();
             for_each_reached(particle, size, |at| {
                 let place = self.directory.entry(&mut cursor, at);
                 if *place == u32::MAX {
@@ -58,27 +89,10 @@ impl Blocks {
                     self.starts.push(0);
                 }
                 self.starts[*place as usize] += 1;
+                self.reached.push(*place);
             });
+            self.reached_by.push((self.reached.len() - before) as u16);
         }
-        let mut total = 0;
-        for start in &mut self.starts {
-            total += std::mem::replace(start, total);
-        }
-        self.starts.push(total);
-        self.members.resize(total as usize, 0);
-        for (i, particle) in particles.iter().enumerate() {
-            for_each_reached(particle, size, |at| {
-                let place = *self.directory.entry(&mut cursor, at) as usize;
-                self.members[self.starts[place] as usize] = i as u32;
-                self.starts[place] += 1;
-            });
-        }
-        // Every start has moved to where the next began.
-        self.starts.rotate_right(1);
-        if let Some(first) = self.starts.first_mut() {
-            *first = 0;
-        }
-        self.put_in_order(&mut order);
     }
 
     fn put_in_order(&mut self, order: &mut impl FnMut(Coord) -> Option<u64>) {
@@ -114,16 +128,16 @@ impl Blocks {
 
     /// Bytes in use.
     pub(crate) fn bytes(&self) -> usize {
-        self.members.len() * 4 + self.found.len() * (12 + 8 + size_of::<Block>())
+        self.members.len() * 8 + self.reached_by.len() * 2 + self.found.len() * (12 + 8 + size_of::<Block>())
     }
 }
 
 /// Calls `work` with every block of which the particle may reach a node, those of a shared face included.
 fn for_each_reached(particle: &Placed, size: Coord, mut work: impl FnMut(Coord)) {
     let range: [_; 3] = std::array::from_fn(|a| {
-        let low = particle.node[a] + (particle.offset[a] - particle.reach).ceil() as i32;
-        let high = particle.node[a] + (particle.offset[a] + particle.reach).floor() as i32;
-        (low - 1).div_euclid(size[a])..=high.div_euclid(size[a])
+        let low = particle.node[a] + ceil_f32(particle.offset[a] - particle.reach);
+        let high = particle.node[a] + floor_f32(particle.offset[a] + particle.reach);
+        floor_div(low - 1, size[a])..=floor_div(high, size[a])
     });
     for z in range[2].clone() {
         for y in range[1].clone() {

@@ -1,6 +1,7 @@
-//! Where to look: which bricks may hold a crossing, and how the world is cut into blocks.
+//! Where to look: which bricks may hold a crossing, how the world is cut into blocks, and how fine each block is.
 
 pub(crate) mod band;
 pub(crate) mod blocks;
 pub(crate) mod boxes;
+pub(crate) mod levels;
 pub(crate) mod store;

@@ -15,8 +15,11 @@
 use std::cell::RefCell;
 
 use crate::{
-    field::Field,
-    fill::{Scratch, Values, simd::FillOctet},
+    fill::{
+        Scratch, Values,
+        any::AnyField,
+        simd::{FillOctet, Sampling},
+    },
     lattice::Coord,
     lookup::{
         cells::Cells,
@@ -30,9 +33,9 @@ use crate::{
 const NONE: u32 = u32::MAX;
 
 /// What every fill needs.
-pub(crate) struct Source<'a, F> {
+pub(crate) struct Source<'a> {
     pub(crate) unit: Unit,
-    pub(crate) field: &'a F,
+    pub(crate) field: &'a dyn AnyField,
     pub(crate) cells: &'a Cells,
     pub(crate) columns: &'a [&'a [f32]],
     pub(crate) control: &'a Control<'a>,
@@ -151,12 +154,12 @@ impl<const SETS: usize> Store<SETS> {
 
     /// Fills all wanted bricks and returns the octets that have new ones, each with those. For every threshold a set of
     /// the nodes above is kept; values only when `keep_values`.
-    pub(crate) fn fill<F: Field>(
+    pub(crate) fn fill(
         &mut self,
-        source: &Source<'_, F>,
+        source: &Source<'_>,
         step: f64,
         thresholds: &[f32; SETS],
-        crowd: usize,
+        sampling: Option<Sampling>,
         keep_values: bool,
         done: &mut Vec<(u32, u8)>,
     ) {
@@ -170,13 +173,16 @@ impl<const SETS: usize> Store<SETS> {
         let sets = &mut self.sets[first..self.slots];
         let values = keep_values.then(|| &mut self.values[first..self.slots]);
         let start = |i: usize| starts[i] as usize;
-        for_each_part(0..done.len(), (sets, values), &start, &|i, (above, values): (&mut [_], Option<&mut [_]>)| {
+        for_each_part(0..done.len(), (sets, values), &start, &|i,
+                                                               (above, values): (
+            &mut [[u64; SETS]],
+            Option<&mut [_]>,
+        )| {
             if source.control.check().is_err() {
                 return;
             }
             SCRATCH.with_borrow_mut(|(scratch, spare)| {
-                source.unit.run(FillOctet {
-                    field: source.field,
+                let octet = FillOctet {
                     cells: source.cells,
                     columns: source.columns,
                     step,
@@ -185,9 +191,10 @@ impl<const SETS: usize> Store<SETS> {
                     scratch,
                     values: values.unwrap_or(spare),
                     thresholds,
-                    crowd,
-                    above,
-                });
+                    sampling,
+                    above: above.as_flattened_mut(),
+                };
+                source.field.fill(source.unit, octet);
             });
         });
     }

@@ -71,6 +71,37 @@ impl Falloff for Wyvill {
     }
 }
 
+/// Any of them, chosen at run time: one branch for 16 values, in place of a copy of the march for each function.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Any {
+    Triquet,
+    Wyvill,
+    InverseSquare(InverseSquare),
+    Spline,
+}
+
+impl Falloff for Any {
+    #[inline(always)]
+    fn value<S: Simd>(&self, s: S, u: S::F) -> S::F {
+        match self {
+            Self::Triquet => Triquet.value(s, u),
+            Self::Wyvill => Wyvill.value(s, u),
+            Self::InverseSquare(f) => f.value(s, u),
+            Self::Spline => Spline.value(s, u),
+        }
+    }
+
+    #[inline(always)]
+    fn slope<S: Simd>(&self, s: S, u: S::F) -> S::F {
+        match self {
+            Self::Triquet => Triquet.slope(s, u),
+            Self::Wyvill => Wyvill.slope(s, u),
+            Self::InverseSquare(f) => f.slope(s, u),
+            Self::Spline => Spline.slope(s, u),
+        }
+    }
+}
+
 /// Square of the distance, in reaches, below which the inverse square is held.
 const HELD: f32 = 1.0 / 1024.0;
 

@@ -4,17 +4,31 @@
 //! distance 1 a particle contributes exactly nothing.
 //!
 //! A field says what a particle brings besides its position (its *columns*), how one particle is added to the sums of 16
-//! nodes, and how the sums become a value. Sums may have several channels (a weighted centre needs 4, with its Jacobian
-//! 13), columns may be a matrix; `tests` below sketch both. Loops, lookup and lanes are not a field's business.
+//! nodes, and how the sums become a value. Sums may have several channels (a weighted centre has 4, with its Jacobian 13),
+//! columns may be a matrix. Loops, lookup and lanes are not a field's business.
 //!
 //! Source: this project; each field names its own.
 
+pub(crate) mod adams;
+pub(crate) mod anisotropic;
+mod around;
+pub(crate) mod balls;
+mod centre;
+pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod falloff;
+pub(crate) mod function;
 pub(crate) mod kernel;
 pub(crate) mod metaball;
+pub(crate) mod noise;
+pub(crate) mod onderik;
+#[cfg(test)]
+pub(crate) mod scalar;
+pub(crate) mod solenthaler;
 pub(crate) mod sph;
 pub(crate) mod volume;
+pub(crate) mod warp;
+pub(crate) mod zhu_bridson;
 
 use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 
@@ -36,7 +50,9 @@ impl Row<'_> {
 /// Where on the coarse lattice the surface may be. Both in units of the field's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounds {
-    /// A region whose coarse samples are all below is outside.
+    /// Farthest that coarse samples may lie apart, in support units.
+    pub(crate) apart: f64,
+    /// A region whose coarse samples are all below is outside. Not asked where a field [proves](Field::PROVES) it.
     pub(crate) outside_below: f32,
     /// A region whose coarse samples are all above is inside, if it is crowded enough.
     pub(crate) inside_above: f32,
@@ -45,13 +61,24 @@ pub(crate) struct Bounds {
 }
 
 /// A field made by particles.
-pub(crate) trait Field: Sync {
+pub(crate) trait Field: Send + Sync {
     /// Numbers that a particle brings besides its position, at most [`MAX_COLUMNS`].
     const COLUMNS: usize;
     /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1.
     const PLANES: usize;
+    /// The column with the square of how far each particle reaches, in support units, a little rounded up; `None` where all
+    /// reach one support radius.
+    const REACH: Option<usize> = None;
+    /// Whether [`aim`](Self::aim) and [`clearance`](Self::clearance) prove places to be outside.
+    const PROVES: bool = false;
+    /// Whether the gradient needs a second pass over the particles.
+    const BENDS: bool = false;
     /// Sums of 16 nodes.
     type Sums<S: Simd>: Copy;
+    /// Sums of 16 points, from which the gradient is made.
+    type Slope<S: Simd>: Copy;
+    /// Sums of a second pass, where one is needed; else `()`.
+    type Bend<S: Simd>: Copy;
 
     /// Sums of no particle.
     fn zero<S: Simd>(&self, s: S) -> Self::Sums<S>;
@@ -62,24 +89,52 @@ pub(crate) trait Field: Sync {
     /// The finishing step: values of 16 nodes.
     fn value<S: Simd>(&self, s: S, sums: Self::Sums<S>) -> S::F;
 
-    /// Unit vector against the gradient, which points outward, at 16 points; zero where there is none.
-    fn normal<S: Simd>(&self, s: S, gradient: [S::F; 3]) -> [S::F; 3] {
-        let length_sq = s.add(
-            s.add(s.mul(gradient[0], gradient[0]), s.mul(gradient[1], gradient[1])),
-            s.mul(gradient[2], gradient[2]),
-        );
-        let length = s.sqrt(s.max(length_sq, s.splat(f32::MIN_POSITIVE)));
-        gradient.map(|g| s.div(s.sub(s.splat(0.0), g), length))
+    /// Slope of no particle.
+    fn flat<S: Simd>(&self, s: S) -> Self::Slope<S>;
+
+    /// Adds one particle to the slope at 16 points.
+    fn add_slope<S: Simd>(&self, s: S, slope: &mut Self::Slope<S>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>);
+
+    /// What the second pass starts from.
+    fn bend<S: Simd>(&self, s: S, slope: &Self::Slope<S>) -> Self::Bend<S>;
+
+    /// Adds one particle in the second pass.
+    #[inline(always)]
+    fn add_bend<S: Simd>(&self, _s: S, _bend: &mut Self::Bend<S>, _d: [S::F; 3], _dist_sq: S::F, _row: Row<'_>) {}
+
+    /// The gradient, up to a positive factor.
+    fn gradient<S: Simd>(&self, s: S, slope: Self::Slope<S>, bend: Self::Bend<S>) -> [S::F; 3];
+
+    /// How much a particle counts at 16 points when attributes are interpolated; greater than 0 within its reach.
+    fn weight<S: Simd>(&self, s: S, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) -> S::F;
+
+    /// Unit vector from 16 nodes to where their particles are, or less.
+    #[inline(always)]
+    fn aim<S: Simd>(&self, s: S, _sums: Self::Sums<S>) -> [S::F; 3] {
+        [s.splat(0.0); 3]
     }
 
-    /// Adds one particle to the gradient at 16 points, up to a positive factor common to all particles.
-    fn add_gradient<S: Simd>(&self, s: S, gradient: &mut [S::F; 3], d: [S::F; 3], dist_sq: S::F, row: Row<'_>);
+    /// By how much, in support units, a particle lies too far along `aim` to make 16 nodes inside. A field that
+    /// [proves](Self::PROVES) promises: where it is positive for all particles in reach of a point, the point is outside.
+    #[inline(always)]
+    fn clearance<S: Simd>(&self, s: S, _aim: [S::F; 3], _d: [S::F; 3], _row: Row<'_>) -> S::F {
+        s.splat(0.0)
+    }
 
     /// Isovalue.
     fn iso(&self) -> f32;
 
-    /// Bounds for the narrow band on samples at most half a support radius apart; `None` when there are none.
+    /// Bounds for the narrow band; `None` when there are none.
     fn bounds(&self) -> Option<Bounds>;
+}
+
+/// Unit vectors against gradients, which point outward; zero where there is none.
+#[inline(always)]
+pub(crate) fn normal<S: Simd>(s: S, gradient: [S::F; 3]) -> [S::F; 3] {
+    let length_sq =
+        s.add(s.add(s.mul(gradient[0], gradient[0]), s.mul(gradient[1], gradient[1])), s.mul(gradient[2], gradient[2]));
+    let length = s.sqrt(s.max(length_sq, s.splat(f32::MIN_POSITIVE)));
+    gradient.map(|g| s.div(s.sub(s.splat(0.0), g), length))
 }
 
 #[cfg(test)]

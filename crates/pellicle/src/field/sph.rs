@@ -2,6 +2,8 @@
 //!
 //! One column: the weight 1/G_j of [`density`](super::density), so that the field is Σ_j g(|x − x_j|)/G_j.
 //!
+//! [`SphOfRadii`] is the same where particles have radii of their own, hence supports of their own.
+//!
 //! Source: Müller, Charypar, Gross, Particle-based fluid simulation for interactive applications, 2003, section 4 (there
 //! the colour is 1 at each particle; the volumes are the same).
 
@@ -20,6 +22,8 @@ impl Field for Sph {
     const COLUMNS: usize = 1;
     const PLANES: usize = 4;
     type Sums<S: Simd> = S::F;
+    type Slope<S: Simd> = [S::F; 3];
+    type Bend<S: Simd> = ();
 
     #[inline(always)]
     fn zero<S: Simd>(&self, s: S) -> S::F {
@@ -37,11 +41,29 @@ impl Field for Sph {
     }
 
     #[inline(always)]
-    fn add_gradient<S: Simd>(&self, s: S, gradient: &mut [S::F; 3], d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
-        let slope = s.mul(s.splat(row.get(0)), kernel::half_spline_slope(s, dist_sq));
+    fn flat<S: Simd>(&self, s: S) -> [S::F; 3] {
+        [s.splat(0.0); 3]
+    }
+
+    #[inline(always)]
+    fn add_slope<S: Simd>(&self, s: S, slope: &mut [S::F; 3], d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+        let steep = s.mul(s.splat(row.get(0)), kernel::half_spline_slope(s, dist_sq));
         for a in 0..3 {
-            gradient[a] = s.sub(gradient[a], s.mul(slope, d[a]));
+            slope[a] = s.sub(slope[a], s.mul(steep, d[a]));
         }
+    }
+
+    #[inline(always)]
+    fn bend<S: Simd>(&self, _: S, _: &[S::F; 3]) {}
+
+    #[inline(always)]
+    fn gradient<S: Simd>(&self, _: S, slope: [S::F; 3], (): ()) -> [S::F; 3] {
+        slope
+    }
+
+    #[inline(always)]
+    fn weight<S: Simd>(&self, s: S, _d: [S::F; 3], dist_sq: S::F, row: Row<'_>) -> S::F {
+        s.mul(s.splat(row.get(0)), kernel::half_spline(s, dist_sq))
     }
 
     fn iso(&self) -> f32 {
@@ -57,9 +79,88 @@ impl Field for Sph {
         // miss, so where there are fewer than a quarter of a fluid's, no samples are trusted. A high isovalue leaves
         // nothing above its bound and costs time, not truth.
         Some(Bounds {
+            apart: 0.5,
             outside_below: 0.33 * self.iso,
             inside_above: (self.iso + 0.25).max(0.85),
             crowd: 0.25 * self.particles_per_support.powi(3),
+        })
+    }
+}
+
+/// The colour field of particles with their own supports h_j, the largest of which is one support unit.
+///
+/// Columns: the weight, 1/h², and the reach.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SphOfRadii {
+    pub(crate) iso: f32,
+    /// Support radius over the rest spacing, of each particle.
+    pub(crate) particles_per_support: f32,
+    /// The smallest support, in support units.
+    pub(crate) smallest: f32,
+}
+
+impl Field for SphOfRadii {
+    const COLUMNS: usize = 3;
+    const PLANES: usize = 4;
+    const REACH: Option<usize> = Some(2);
+    type Sums<S: Simd> = S::F;
+    type Slope<S: Simd> = [S::F; 3];
+    type Bend<S: Simd> = ();
+
+    #[inline(always)]
+    fn zero<S: Simd>(&self, s: S) -> S::F {
+        s.splat(0.0)
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&self, s: S, sums: &mut S::F, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+        *sums = s.add(*sums, self.weight(s, d, dist_sq, row));
+    }
+
+    #[inline(always)]
+    fn value<S: Simd>(&self, _: S, sums: S::F) -> S::F {
+        sums
+    }
+
+    #[inline(always)]
+    fn flat<S: Simd>(&self, s: S) -> [S::F; 3] {
+        [s.splat(0.0); 3]
+    }
+
+    #[inline(always)]
+    fn add_slope<S: Simd>(&self, s: S, slope: &mut [S::F; 3], d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+        let scaled = s.mul(dist_sq, s.splat(row.get(1)));
+        let steep = s.mul(s.splat(row.get(0) * row.get(1)), kernel::half_spline_slope(s, scaled));
+        for a in 0..3 {
+            slope[a] = s.sub(slope[a], s.mul(steep, d[a]));
+        }
+    }
+
+    #[inline(always)]
+    fn bend<S: Simd>(&self, _: S, _: &[S::F; 3]) {}
+
+    #[inline(always)]
+    fn gradient<S: Simd>(&self, _: S, slope: [S::F; 3], (): ()) -> [S::F; 3] {
+        slope
+    }
+
+    #[inline(always)]
+    fn weight<S: Simd>(&self, s: S, _d: [S::F; 3], dist_sq: S::F, row: Row<'_>) -> S::F {
+        s.mul(s.splat(row.get(0)), kernel::half_spline(s, s.mul(dist_sq, s.splat(row.get(1)))))
+    }
+
+    fn iso(&self) -> f32 {
+        self.iso
+    }
+
+    fn bounds(&self) -> Option<Bounds> {
+        // As above, for the smallest particles there are: samples so close that they see its drop, and a crowd of them.
+        let spacing = self.smallest / self.particles_per_support;
+        Some(Bounds {
+            apart: 0.5 * f64::from(self.smallest),
+            outside_below: 0.33 * self.iso,
+            inside_above: (self.iso + 0.25).max(0.85),
+            crowd: 0.25 / spacing.powi(3),
         })
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Source: this project; see `simd`.
 
+pub(crate) mod any;
 pub(crate) mod points;
 #[cfg(test)]
 mod scalar;

@@ -3,19 +3,19 @@
 //! An octet's vertices lie in its bricks or up to one node above, so its candidates serve all of them; a vector holds 16
 //! vertices of one brick. The order of the sums is canonical, as for node values.
 //!
-//! Source: attributes are the kernel-weighted mean Σ V_j W a_j / Σ V_j W (Shepard 1968 with SPH weights), the mean that
-//! renderers expect of a velocity.
+//! Source: attributes are the mean of the particles, weighted by what each contributes to the field (Shepard 1968; with the SPH
+//! field Σ V_j W a_j / Σ V_j W), the mean that renderers expect of a velocity; or the nearest particle's.
 
 use std::ops::Range;
 
 use super::{Scratch, brick_origin, corner, node_offset};
 use crate::{
-    Attribute,
-    field::{Field, Row, kernel::half_spline},
+    Attribute, Carry,
+    field::{Field, Row, normal},
     lattice::{BRICK, Coord, OCTET},
     lookup::{
         cells::Cells,
-        gather::{Box3, Candidates},
+        gather::{Box3, Candidates, MAX_COLUMNS},
     },
     math::{
         bits::ones,
@@ -46,12 +46,13 @@ impl OctetVertices<'_> {
         self,
         s: S,
         columns: &[&[f32]],
+        reach: Option<usize>,
         mut work: impl FnMut(Range<usize>, [S::F; 3], &Candidates),
     ) {
         let Scratch { octet: near, brick: nearer, .. } = self.scratch;
         // A vertex on an upward edge of the last node lies up to one step above it.
         let high = [node_offset(OCTET, self.step); 3];
-        near.gather(s, self.cells, columns, corner(self.octet, self.step), Box3 { low: [0.0; 3], high });
+        near.gather(s, self.cells, columns, reach, corner(self.octet, self.step), Box3 { low: [0.0; 3], high });
         let shift: [f64; 3] = std::array::from_fn(|a| {
             (f64::from(self.octet[a]) * f64::from(OCTET) - f64::from(self.origin[a])) * self.step
         });
@@ -62,7 +63,7 @@ impl OctetVertices<'_> {
                 low: low.map(|n| node_offset(n, self.step)),
                 high: low.map(|n| node_offset(n + BRICK, self.step)),
             };
-            nearer.refine(s, near, columns.len(), place);
+            nearer.refine(s, near, columns.len(), reach, place);
             let end = first + self.counts[brick] as usize;
             for start in (first..end).step_by(LANES) {
                 let range = start..(start + LANES).min(end);
@@ -103,15 +104,23 @@ impl<F: Field> Kernel for Normals<'_, F> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let Self { of, field, columns, to } = self;
-        of.for_each_group(s, columns, |range, at, near| {
+        of.for_each_group(s, columns, F::REACH, |range, at, near| {
             let columns = near.columns(F::COLUMNS);
-            let mut gradient = [s.splat(0.0); 3];
+            let mut slope = field.flat(s);
             for particle in 0..near.len() {
                 let (d, dist_sq) = distance(s, at, near.axes(), particle);
-                field.add_gradient(s, &mut gradient, d, dist_sq, Row { columns: &columns, particle });
+                field.add_slope(s, &mut slope, d, dist_sq, Row { columns: &columns, particle });
             }
+            let mut bend = field.bend(s, &slope);
+            if F::BENDS {
+                for particle in 0..near.len() {
+                    let (d, dist_sq) = distance(s, at, near.axes(), particle);
+                    field.add_bend(s, &mut bend, d, dist_sq, Row { columns: &columns, particle });
+                }
+            }
+            let gradient = field.gradient(s, slope, bend);
             let mut lanes = [[0.0; LANES]; 3];
-            for (lanes, axis) in lanes.iter_mut().zip(field.normal(s, gradient)) {
+            for (lanes, axis) in lanes.iter_mut().zip(normal(s, gradient)) {
                 s.store(axis, lanes);
             }
             for (lane, to) in to[range].iter_mut().enumerate() {
@@ -121,11 +130,11 @@ impl<F: Field> Kernel for Normals<'_, F> {
     }
 }
 
-/// One attribute, interpolated to an octet's vertices.
-pub(crate) struct Interpolate<'a> {
+/// One attribute, carried to an octet's vertices.
+pub(crate) struct Interpolate<'a, F> {
     pub(crate) of: OctetVertices<'a>,
-    /// Volume weight of every particle.
-    pub(crate) weights: &'a [f32],
+    pub(crate) field: &'a F,
+    pub(crate) columns: &'a [&'a [f32]],
     pub(crate) attribute: &'a Attribute<'a>,
     /// As many values for each vertex as the attribute has components.
     pub(crate) to: &'a mut [f32],
@@ -134,22 +143,34 @@ pub(crate) struct Interpolate<'a> {
 /// Components summed side by side.
 const BATCH: usize = 4;
 
-impl Kernel for Interpolate<'_> {
+impl<F: Field> Kernel for Interpolate<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
-        let Self { of, weights, attribute, to } = self;
+        let Self { of, field, columns, attribute, to } = self;
         let components = attribute.components;
-        let columns = [weights, of.cells.order_bits()];
-        of.for_each_group(s, &columns, |range, at, near| {
-            let [weight, index] = near.first_columns();
+        // The caller's index is one more column.
+        let mut with_index = [&[][..]; MAX_COLUMNS];
+        with_index[..F::COLUMNS].copy_from_slice(&columns[..F::COLUMNS]);
+        with_index[F::COLUMNS] = of.cells.order_bits();
+        of.for_each_group(s, &with_index[..=F::COLUMNS], F::REACH, |range, at, near| {
+            let columns = near.columns(F::COLUMNS + 1);
+            let index = columns[F::COLUMNS];
+            if attribute.carry == Carry::Nearest {
+                for (vertex, particle) in range.zip(nearest(s, at, near)) {
+                    let Some(bits) = index.get(particle) else { return };
+                    let from = &attribute.values[bits.to_bits() as usize * components..][..components];
+                    to[vertex * components..][..components].copy_from_slice(from);
+                }
+                return;
+            }
             for first in (0..components).step_by(BATCH) {
                 let batch = BATCH.min(components - first);
                 let (mut total, mut sums) = (s.splat(f32::MIN_POSITIVE), [s.splat(0.0); BATCH]);
                 for particle in 0..near.len() {
-                    let (_, dist_sq) = distance(s, at, near.axes(), particle);
-                    let w = s.mul(s.splat(weight[particle]), half_spline(s, dist_sq));
+                    let (d, dist_sq) = distance(s, at, near.axes(), particle);
+                    let w = field.weight(s, d, dist_sq, Row { columns: &columns, particle });
                     total = s.add(total, w);
                     let from = index[particle].to_bits() as usize * components + first;
                     for (sum, &value) in sums.iter_mut().zip(&attribute.values[from..from + batch]) {
@@ -166,4 +187,19 @@ impl Kernel for Interpolate<'_> {
             }
         });
     }
+}
+
+/// The nearest candidate of each of 16 points; of equally near ones the first in canonical order.
+#[inline(always)]
+fn nearest<S: Simd>(s: S, at: [S::F; 3], near: &Candidates) -> [usize; LANES] {
+    let (mut least, mut found) = (s.splat(f32::MAX), s.splat(0.0));
+    for particle in 0..near.len() {
+        let (_, dist_sq) = distance(s, at, near.axes(), particle);
+        let closer = s.gt(least, dist_sq);
+        least = s.select(closer, dist_sq, least);
+        found = s.select(closer, s.splat(f32::from_bits(particle as u32)), found);
+    }
+    let mut lanes = [0.0; LANES];
+    s.store(found, &mut lanes);
+    lanes.map(|bits| bits.to_bits() as usize)
 }

@@ -117,6 +117,26 @@ pub(crate) fn floor(v: f64) -> i32 {
     cut - i32::from(f64::from(cut) > v)
 }
 
+/// As [`floor`], in single precision.
+#[inline(always)]
+pub(crate) fn floor_f32(v: f32) -> i32 {
+    let cut = v as i32;
+    cut - i32::from(cut as f32 > v)
+}
+
+/// The smallest integer not below `v`, which must fit.
+#[inline(always)]
+pub(crate) fn ceil_f32(v: f32) -> i32 {
+    let cut = v as i32;
+    cut + i32::from((cut as f32) < v)
+}
+
+/// `a` divided by a positive `b`, rounded down; without the integer division, which is slow.
+#[inline(always)]
+pub(crate) fn floor_div(a: i32, b: i32) -> i32 {
+    floor(f64::from(a) / f64::from(b))
+}
+
 /// The integer box of `[low, high]` in units of `unit`.
 #[inline(always)]
 pub(crate) fn cover(low: f64, high: f64, unit: f64) -> std::ops::RangeInclusive<i32> {
@@ -149,6 +169,13 @@ mod tests {
     fn floor_is_floor() {
         for v in [-2.0, -1.5, -1e-300, 0.0, 0.99, 1.0, 1e9, -1e9 - 0.5] {
             assert_eq!(f64::from(floor(v)), v.floor());
+            assert_eq!(floor_f32(v as f32), (v as f32).floor() as i32);
+            assert_eq!(ceil_f32(v as f32), (v as f32).ceil() as i32);
+        }
+        for a in (-70..70).chain([i32::MIN + 1, i32::MAX, (1 << 30) - 1]) {
+            for b in [1, 4, 12, 32, 60] {
+                assert_eq!(floor_div(a, b), a.div_euclid(b));
+            }
         }
     }
 

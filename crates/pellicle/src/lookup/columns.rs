@@ -24,7 +24,7 @@
 //! lists, and a comparison of u in place of two comparisons of integers, are this project's.
 
 use crate::{
-    lattice::Coord,
+    lattice::{Coord, ceil_f32, floor_f32},
     math::simd::{LANES, Simd},
 };
 
@@ -43,6 +43,14 @@ pub(crate) struct Placed {
     pub(crate) index: u32,
 }
 
+impl Placed {
+    /// Whether two are the same particle at the same place, bit for bit.
+    pub(crate) fn same_bits(&self, other: &Self) -> bool {
+        let bits = |p: &Self| (p.node, p.offset.map(f32::to_bits), p.reach.to_bits(), p.strength.to_bits(), p.index);
+        bits(self) == bits(other)
+    }
+}
+
 /// The nodes that a block asks about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Extent {
@@ -55,8 +63,8 @@ impl Extent {
     /// The nodes along one axis that `particle` may reach, as positions in the extent; the range may be empty.
     fn reached(&self, particle: &Placed, axis: usize) -> (i32, i32) {
         let centre = particle.node[axis] - self.first[axis];
-        let low = centre + (particle.offset[axis] - particle.reach).ceil() as i32;
-        let high = centre + (particle.offset[axis] + particle.reach).floor() as i32;
+        let low = centre + ceil_f32(particle.offset[axis] - particle.reach);
+        let high = centre + floor_f32(particle.offset[axis] + particle.reach);
         (low.max(0), high.min(self.nodes[axis] as i32 - 1))
     }
 }
@@ -94,6 +102,38 @@ pub(crate) struct Columns {
     longest: usize,
 }
 
+/// How much room the largest block so far needed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Room {
+    columns: usize,
+    entries: usize,
+    extra: usize,
+    particles: usize,
+    spans: usize,
+    bins: usize,
+    pub(crate) longest: usize,
+}
+
+impl Room {
+    /// Room for both.
+    pub(crate) fn join(&self, other: &Self) -> Self {
+        Self {
+            columns: self.columns.max(other.columns),
+            entries: self.entries.max(other.entries),
+            extra: self.extra.max(other.extra),
+            particles: self.particles.max(other.particles),
+            spans: self.spans.max(other.spans),
+            bins: self.bins.max(other.bins),
+            longest: self.longest.max(other.longest),
+        }
+    }
+}
+
+/// Sees to it that a vector can hold so many values without allocating.
+pub(crate) fn provide<T>(v: &mut Vec<T>, len: usize) {
+    v.reserve(len.saturating_sub(v.len()));
+}
+
 /// The columns of one row that one particle reaches.
 #[derive(Debug, Clone, Copy)]
 struct Span {
@@ -126,6 +166,13 @@ pub(crate) struct Near {
 }
 
 impl Near {
+    /// Makes room for so many entries of a column.
+    pub(crate) fn provide(&mut self, longest: usize) {
+        for v in [&mut self.u, &mut self.strength, &mut self.who] {
+            v.resize(v.len().max(longest), 0.0);
+        }
+    }
+
     /// Number of particles.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
@@ -176,6 +223,35 @@ impl Columns {
     /// Number of entries.
     pub(crate) fn entries(&self) -> usize {
         self.start.last().map_or(0, |&end| end as usize)
+    }
+
+    /// The room that the present block needs.
+    pub(crate) fn room(&self) -> Room {
+        Room {
+            columns: self.start.len() + 1,
+            entries: self.entries() + LANES,
+            extra: if self.strength.is_empty() { 0 } else { self.entries() + LANES },
+            particles: self.particles.len(),
+            spans: self.spans.len(),
+            bins: self.bins.len(),
+            longest: self.longest + 2 * LANES,
+        }
+    }
+
+    /// Makes room, so that blocks as large need no allocation.
+    pub(crate) fn provide(&mut self, room: &Room) {
+        for v in [&mut self.start, &mut self.cursor] {
+            provide(v, room.columns);
+        }
+        for v in [&mut self.flat, &mut self.level, &mut self.above, &mut self.who] {
+            provide(v, room.entries);
+        }
+        for v in [&mut self.per_reach_sq, &mut self.strength] {
+            provide(v, room.extra);
+        }
+        provide(&mut self.particles, room.particles);
+        provide(&mut self.spans, room.spans);
+        provide(&mut self.bins, room.bins);
     }
 
     /// Bytes in use, for the present block.
@@ -230,8 +306,8 @@ impl Columns {
                 let dy = (row + extent.first[1] - particle.node[1]) as f32 - particle.offset[1];
                 let half = (reach_sq - dy * dy).max(0.0).sqrt();
                 let centre = particle.node[0] - extent.first[0];
-                let first = (centre + (particle.offset[0] - half).ceil() as i32).max(inset);
-                let last = (centre + (particle.offset[0] + half).floor() as i32).min(edge[0]);
+                let first = (centre + ceil_f32(particle.offset[0] - half)).max(inset);
+                let last = (centre + floor_f32(particle.offset[0] + half)).min(edge[0]);
                 if first > last {
                     continue;
                 }
@@ -294,12 +370,50 @@ impl Columns {
         self.longest = self.start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
     }
 
+    /// Sums of the least and the most that the particles of a column can bring at its nodes `low..=high`, by a function
+    /// that never grows with the distance: bounds on the field there, but for rounding.
+    #[inline(always)]
+    pub(crate) fn bound<S: Simd>(
+        &self,
+        s: S,
+        column: usize,
+        [low, high]: [i32; 2],
+        varied: bool,
+        value: impl Fn(S::F) -> S::F,
+    ) -> [f32; 2] {
+        // More than the rounding of u, which is at most 1.
+        const SLACK: f32 = 2e-6;
+        let end = self.start[column + 1] as usize;
+        let (lowest, highest) = ((low - self.reach) as f32, (high + self.reach) as f32);
+        let mut at = (self.cursor[column].max(self.start[column]) as usize).min(end);
+        while at < end && self.level[at] < lowest {
+            at += 1;
+        }
+        let (middle, half) = (s.splat((low + high) as f32 * 0.5), s.splat((high - low) as f32 * 0.5));
+        let (zero, one, slack) = (s.splat(0.0), s.splat(1.0), s.splat(SLACK));
+        let mut sums = [zero; 2];
+        while at < end && self.level[at] <= highest {
+            let d = s.sub(s.sub(middle, s.load(&self.level[at..])), s.load(&self.above[at..]));
+            let d = s.max(d, s.sub(zero, d));
+            let (near, far) = (s.max(s.sub(d, half), zero), s.add(d, half));
+            let per_reach_sq = if varied { s.load(&self.per_reach_sq[at..]) } else { s.splat(self.same_per_reach_sq) };
+            let flat = s.load(&self.flat[at..]);
+            let most = s.min(s.add(s.sub(flat, s.mul(s.mul(near, near), per_reach_sq)), slack), one);
+            let least = s.sub(s.sub(flat, s.mul(s.mul(far, far), per_reach_sq)), slack);
+            let valid = ((1u32 << (end - at).min(LANES)) - 1) as u16;
+            for (sum, u) in sums.iter_mut().zip([least, most]) {
+                let brought = value(s.select(valid, s.max(u, zero), zero));
+                let brought = if varied { s.mul(s.load(&self.strength[at..]), brought) } else { brought };
+                *sum = s.add(*sum, brought);
+            }
+            at += LANES;
+        }
+        sums.map(|sum| s.sum(sum))
+    }
+
     /// Prepares `near` for look-ups in these columns, so that a look-up itself never allocates.
     pub(crate) fn prepare(&self, near: &mut Near) {
-        let len = self.longest + 2 * LANES;
-        for v in [&mut near.u, &mut near.strength, &mut near.who] {
-            v.resize(v.len().max(len), 0.0);
-        }
+        near.provide(self.longest + 2 * LANES);
     }
 
     /// Finds the particles that reach node `z` of `column`.

@@ -15,8 +15,8 @@ use crate::{
     math::simd::{LANES, Simd},
 };
 
-/// Most columns that a particle may bring: a symmetric matrix, a volume and a radius.
-pub(crate) const MAX_COLUMNS: usize = 8;
+/// Most columns that a particle may bring: a symmetric matrix, a volume, a reach and an index.
+pub(crate) const MAX_COLUMNS: usize = 9;
 /// Square of the support radius, in support units, widened by more than rounding can make of a distance.
 const REACH_SQ: f32 = 1.000_01;
 /// The reach along an axis when cells are chosen, in support units: a little more than [`REACH_SQ`]'s root.
@@ -55,12 +55,6 @@ impl Candidates {
         std::array::from_fn(|c| if c < count { &self.columns[c][..self.len] } else { &[][..] })
     }
 
-    /// The first two columns.
-    #[inline(always)]
-    pub(crate) fn first_columns(&self) -> [&[f32]; 2] {
-        [&self.columns[0][..self.len], &self.columns[1][..self.len]]
-    }
-
     /// Makes room for `more` candidates and the lanes that a last store spills.
     #[inline(always)]
     fn reserve(&mut self, columns: usize, more: usize) {
@@ -78,9 +72,18 @@ impl Candidates {
         }
     }
 
-    /// Collects the particles within reach of `place`, whose frame has its origin at `corner` (support units).
+    /// Collects the particles within reach of `place`, whose frame has its origin at `corner` (support units). `reach` names
+    /// the column with the square of each particle's own reach, where they differ.
     #[inline(always)]
-    pub(crate) fn gather<S: Simd>(&mut self, s: S, cells: &Cells, columns: &[&[f32]], corner: [f64; 3], place: Box3) {
+    pub(crate) fn gather<S: Simd>(
+        &mut self,
+        s: S,
+        cells: &Cells,
+        columns: &[&[f32]],
+        reach: Option<usize>,
+        corner: [f64; 3],
+        place: Box3,
+    ) {
         self.len = 0;
         let range: [_; 3] = std::array::from_fn(|a| {
             cover(corner[a] + f64::from(place.low[a]) - REACH, corner[a] + f64::from(place.high[a]) + REACH, 1.0)
@@ -103,7 +106,7 @@ impl Candidates {
                                 continue;
                             }
                             let from = [&cells.x[..], &cells.y[..], &cells.z[..]];
-                            self.append(s, from, columns, run, shift, place);
+                            self.append(s, from, columns, reach, run, shift, place);
                         }
                     }
                 }
@@ -113,20 +116,22 @@ impl Candidates {
 
     /// Keeps of `from`'s candidates those within reach of `place`, in the same frame.
     #[inline(always)]
-    pub(crate) fn refine<S: Simd>(&mut self, s: S, from: &Self, columns: usize, place: Box3) {
+    pub(crate) fn refine<S: Simd>(&mut self, s: S, from: &Self, columns: usize, reach: Option<usize>, place: Box3) {
         self.len = 0;
         let sources: [&[f32]; MAX_COLUMNS] = std::array::from_fn(|c| &from.columns[c][..]);
         let axes = [&from.axes[0][..], &from.axes[1][..], &from.axes[2][..]];
-        self.append(s, axes, &sources[..columns], 0..from.len, [0.0; 3], place);
+        self.append(s, axes, &sources[..columns], reach, 0..from.len, [0.0; 3], place);
     }
 
     /// Appends those of a run that are within reach. The sources have 16 values to spare behind the run.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the inner loop of two callers")]
     fn append<S: Simd>(
         &mut self,
         s: S,
         axes: [&[f32]; 3],
         columns: &[&[f32]],
+        reach: Option<usize>,
         run: std::ops::Range<usize>,
         shift: [f32; 3],
         place: Box3,
@@ -149,7 +154,8 @@ impl Candidates {
                 dist_sq = s.add(dist_sq, s.mul(d, d));
             }
             let valid = ((1u32 << (run.len() - i * LANES).min(LANES)) - 1) as u16;
-            let near = s.gt(s.splat(REACH_SQ), dist_sq) & valid;
+            let reach_sq = reach.map_or(s.splat(REACH_SQ), |c| s.load(&columns[c][run.start + i * LANES..]));
+            let near = s.gt(reach_sq, dist_sq) & valid;
             s.compress(at[0], near, &mut to_x[kept..]);
             s.compress(at[1], near, &mut to_y[kept..]);
             s.compress(at[2], near, &mut to_z[kept..]);

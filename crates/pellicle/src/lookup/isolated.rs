@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use crate::{Control, Error, Params, Positions};
+use crate::{Control, Error, Params, Positions, ScalarField};
 
 /// Particles between two looks at the token of cancellation.
 const BLOCK: usize = 1 << 13;
@@ -41,9 +41,12 @@ pub struct IsolationParams {
 }
 
 impl IsolationParams {
-    /// Particles without any other within the kernel's support: the rest of the surface is what it was without them.
+    /// Particles without any other within the field's support, or twice that where a field takes more from its neighbours than a
+    /// sum: the rest of the surface is what it was without them.
     pub fn of(params: &Params) -> Self {
-        Self { distance: params.support(), max_neighbors: 0 }
+        let is_sum = matches!(params.field, ScalarField::Sph | ScalarField::Metaball(_));
+        let distance = if is_sum { params.support() } else { 2.0 * params.support() };
+        Self { distance, max_neighbors: 0 }
     }
 
     fn check(&self) -> Result<(), Error> {

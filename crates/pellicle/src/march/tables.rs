@@ -14,6 +14,8 @@
 //!
 //! Source: the cases are Lorensen & Cline 1987, Marching Cubes; the rule by runs of corners is this project's.
 
+pub(crate) mod transition;
+
 /// How one case is triangulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Case {

@@ -9,8 +9,11 @@
 
 use rayon::prelude::*;
 
-use super::Mesh;
-use crate::math::vector::{cross, dot, subtract};
+use super::{Mesh, stars::Stars};
+use crate::math::{
+    union_find::join,
+    vector::{cross, dot, subtract},
+};
 
 /// Triangles summed by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 13;
@@ -67,8 +70,7 @@ impl Report {
         if report.out_of_range_triangles > 0 {
             return report;
         }
-        let stars = Stars::of(mesh);
-        let tally = stars.tally();
+        let tally = tally(&Stars::of(&mesh.triangles, mesh.vertices.len()));
         report.unused_vertices = tally.unused;
         report.repeated_index_triangles =
             mesh.triangles.par_iter().filter(|[a, b, c]| a == b || b == c || c == a).count();
@@ -109,13 +111,6 @@ fn count_out_of_range(mesh: &Mesh) -> usize {
     mesh.triangles.par_iter().filter(|t| t.iter().any(|&v| v as usize >= n)).count()
 }
 
-/// The corners of every vertex: `corners[start[v] .. start[v + 1]]` are the (next, previous) vertices, in the
-/// triangle's direction, of each triangle at `v`.
-struct Stars {
-    start: Vec<usize>,
-    corners: Vec<[u32; 2]>,
-}
-
 /// What one star, or all stars together, say. An edge is counted at its lower vertex, a half edge at its first.
 #[derive(Clone, Copy, Default)]
 struct Tally {
@@ -136,41 +131,16 @@ struct Scratch {
     parent: Vec<u32>,
 }
 
-impl Stars {
-    /// A counting sort of the corners by vertex. All indices must be in range.
-    fn of(mesh: &Mesh) -> Self {
-        // Counts go two places ahead, so that the scatter below turns `start[v + 1]` from v's beginning into its end.
-        let mut start = vec![0usize; mesh.vertices.len() + 2];
-        for v in mesh.triangles.as_flattened() {
-            start[*v as usize + 2] += 1;
-        }
-        for i in 2..start.len() {
-            start[i] += start[i - 1];
-        }
-        let mut corners = vec![[0; 2]; 3 * mesh.triangles.len()];
-        for &[a, b, c] in &mesh.triangles {
-            for (v, next, previous) in [(a, b, c), (b, c, a), (c, a, b)] {
-                let slot = &mut start[v as usize + 1];
-                corners[*slot] = [next, previous];
-                *slot += 1;
-            }
-        }
-        start.pop();
-        Self { start, corners }
-    }
-
-    fn tally(&self) -> Tally {
-        let vertices = self.start.len() - 1;
-        (0..vertices.div_ceil(CHUNK))
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, chunk| {
-                let range = chunk * CHUNK..vertices.min((chunk + 1) * CHUNK);
-                range.fold(Tally::default(), |sum, v| {
-                    sum + judge_star(v as u32, &self.corners[self.start[v]..self.start[v + 1]], scratch)
-                })
-            })
-            .reduce(Tally::default, std::ops::Add::add)
-    }
+/// Judges all stars.
+fn tally(stars: &Stars) -> Tally {
+    let vertices = stars.len();
+    (0..vertices.div_ceil(CHUNK))
+        .into_par_iter()
+        .map_init(Scratch::default, |scratch, chunk| {
+            let range = chunk * CHUNK..vertices.min((chunk + 1) * CHUNK);
+            range.fold(Tally::default(), |sum, v| sum + judge_star(v as u32, stars.corners(v), scratch))
+        })
+        .reduce(Tally::default, std::ops::Add::add)
 }
 
 impl std::ops::Add for Tally {
@@ -232,23 +202,6 @@ fn count_joins(mesh: &Mesh) -> usize {
     let join_sides =
         |&[a, b, c]: &[u32; 3]| usize::from(join(&mut parent, a, b)) + usize::from(join(&mut parent, b, c));
     mesh.triangles.iter().map(join_sides).sum()
-}
-
-/// Joins two sets of a union-find; whether they were apart.
-fn join(parent: &mut [u32], a: u32, b: u32) -> bool {
-    let (a, b) = (root(parent, a), root(parent, b));
-    // The lower root stays: meshes number neighbours close together, so paths stay short without ranks.
-    parent[a.max(b) as usize] = a.min(b);
-    a != b
-}
-
-/// The representative of a set, halving the path on the way.
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
 
 #[derive(Clone, Copy, Default)]

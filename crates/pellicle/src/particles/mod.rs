@@ -8,7 +8,10 @@ use crate::Error;
 
 /// A borrowed view of particle positions in world units: packed `f32` or `f64` triples, or triples within larger records.
 #[derive(Debug, Clone, Copy)]
-pub struct Positions<'a>(View<'a>);
+pub struct Positions<'a> {
+    view: View<'a>,
+    radii: Option<&'a [f32]>,
+}
 
 #[derive(Debug, Clone, Copy)]
 enum View<'a> {
@@ -33,7 +36,7 @@ impl<'a> Positions<'a> {
     /// [`Error::Parameter`] when `stride` is below 3, [`Error::Length`] when the last record ends before its z.
     pub fn strided_f32(values: &'a [f32], stride: usize) -> Result<Self, Error> {
         check_stride(values.len(), stride)?;
-        Ok(Self(View::Strided32 { values, stride }))
+        Ok(Self::of(View::Strided32 { values, stride }))
     }
 
     /// As [`strided_f32`](Self::strided_f32), in double precision.
@@ -42,12 +45,30 @@ impl<'a> Positions<'a> {
     /// As [`strided_f32`](Self::strided_f32).
     pub fn strided_f64(values: &'a [f64], stride: usize) -> Result<Self, Error> {
         check_stride(values.len(), stride)?;
-        Ok(Self(View::Strided64 { values, stride }))
+        Ok(Self::of(View::Strided64 { values, stride }))
+    }
+
+    fn of(view: View<'a>) -> Self {
+        Self { view, radii: None }
+    }
+
+    /// The same particles, each with a radius of its own: half of its spacing at rest, in world units, finite and > 0.
+    /// [`Params::particle_radius`](crate::Params::particle_radius) remains the unit of lengths that are counted in radii. What
+    /// the radii do is the field's business, see [`ScalarField`](crate::ScalarField). A wrong number of them, or one that is
+    /// none, is told when the work begins.
+    #[must_use]
+    pub fn with_radii(self, radii: &'a [f32]) -> Self {
+        Self { radii: Some(radii), ..self }
+    }
+
+    /// The particles' own radii, where they have any.
+    pub(crate) fn radii(&self) -> Option<&'a [f32]> {
+        self.radii
     }
 
     /// Number of particles.
     pub fn len(&self) -> usize {
-        match self.0 {
+        match self.view {
             View::F32(p) => p.len(),
             View::F64(p) => p.len(),
             View::Strided32 { values, stride } => values.len().div_ceil(stride),
@@ -63,7 +84,7 @@ impl<'a> Positions<'a> {
     /// Position of particle `i`, which must be below [`len`](Self::len).
     #[inline(always)]
     pub fn get(&self, i: usize) -> [f64; 3] {
-        match self.0 {
+        match self.view {
             View::F32(p) => p[i].map(f64::from),
             View::F64(p) => p[i],
             View::Strided32 { values, stride } => {
@@ -90,37 +111,37 @@ fn check_stride(len: usize, stride: usize) -> Result<(), Error> {
 
 impl<'a> From<&'a [[f32; 3]]> for Positions<'a> {
     fn from(p: &'a [[f32; 3]]) -> Self {
-        Self(View::F32(p))
+        Self::of(View::F32(p))
     }
 }
 
 impl<'a> From<&'a [[f64; 3]]> for Positions<'a> {
     fn from(p: &'a [[f64; 3]]) -> Self {
-        Self(View::F64(p))
+        Self::of(View::F64(p))
     }
 }
 
 impl<'a> From<&'a Vec<[f32; 3]>> for Positions<'a> {
     fn from(p: &'a Vec<[f32; 3]>) -> Self {
-        Self(View::F32(p))
+        Self::of(View::F32(p))
     }
 }
 
 impl<'a> From<&'a Vec<[f64; 3]>> for Positions<'a> {
     fn from(p: &'a Vec<[f64; 3]>) -> Self {
-        Self(View::F64(p))
+        Self::of(View::F64(p))
     }
 }
 
 impl<'a, const N: usize> From<&'a [[f32; 3]; N]> for Positions<'a> {
     fn from(p: &'a [[f32; 3]; N]) -> Self {
-        Self(View::F32(p))
+        Self::of(View::F32(p))
     }
 }
 
 impl<'a, const N: usize> From<&'a [[f64; 3]; N]> for Positions<'a> {
     fn from(p: &'a [[f64; 3]; N]) -> Self {
-        Self(View::F64(p))
+        Self::of(View::F64(p))
     }
 }
 
@@ -133,4 +154,24 @@ pub struct Attribute<'a> {
     pub components: usize,
     /// `components` values per particle, particle after particle.
     pub values: &'a [f32],
+    /// How vertices get their values.
+    pub carry: Carry,
+}
+
+impl<'a> Attribute<'a> {
+    /// A channel whose mean is carried.
+    pub fn new(name: &'a str, components: usize, values: &'a [f32]) -> Self {
+        Self { name, components, values, carry: Carry::Mean }
+    }
+}
+
+/// How a vertex gets its value of an attribute from the particles around.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Carry {
+    /// Their mean, weighted by what each contributes to the field.
+    #[default]
+    Mean,
+    /// The nearest one's: for ids and types, whose mean means nothing. Of equally near ones the first in canonical order
+    /// (by cell, then by index) counts.
+    Nearest,
 }

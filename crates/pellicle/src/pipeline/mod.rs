@@ -1,14 +1,19 @@
 //! Each road on one screen. Road A: particles → cells → density → band (coarse samples, fill, close) → count → emit.
 //! Road B, every frame: particles → blocks → columns → slices → sink, in [`engine`]. Road C is [`contour`].
 
+mod chosen;
 mod contour;
 pub(crate) mod engine;
 mod surface;
+mod tetrahedra;
 
 pub use contour::{
     Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
 };
 pub use surface::{Chunk, Surface};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
+
+use chosen::{Chosen, Moved};
 
 use crate::{
     Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
@@ -16,8 +21,7 @@ use crate::{
         band::{self, Budget},
         store::Source,
     },
-    field::{density, sph::Sph},
-    fill::brick_origin,
+    fill::{any::AnyField, brick_origin},
     lattice::{Lattice, OCTET},
     lookup::cells::Cells,
     march::cubes::{count::Counted, emit::Frame},
@@ -48,7 +52,9 @@ pub fn reconstruct<'a>(positions: impl Into<Positions<'a>>, params: &Params) -> 
 #[derive(Default)]
 pub struct Reconstructor {
     cells: Cells,
-    weights: Vec<f32>,
+    /// What each particle brings to the field besides its position, in canonical order.
+    columns: Vec<Vec<f32>>,
+    moved: Moved,
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
@@ -85,7 +91,7 @@ impl Reconstructor {
     /// let positions: Vec<[f32; 3]> = (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(|v| v as f32 * 0.1)).collect();
     /// let (params, control, mut reconstructor) = (Params::new(0.05), Control::default(), Reconstructor::new());
     /// let weighed = reconstructor.sort((&positions).into(), &[], &params, &control)?.weigh()?;
-    /// let total: f64 = weighed.volumes().sum();
+    /// let total: f64 = weighed.volumes().expect("the SPH field has volumes").sum();
     /// assert!(total > 27.0 * 0.1f64.powi(3));
     /// let mut highest = 0.0f32;
     /// let sampled = weighed.sample()?;
@@ -111,12 +117,12 @@ impl Reconstructor {
             value: f64::NAN,
             must: "a vector unit that this machine has; choose Auto",
         })?;
-        let lattice = Lattice { spacing: params.spacing(), support: params.support() };
-        let field = Sph { iso: params.iso as f32, particles_per_support: params.smoothing_length as f32 };
-        let budget = budget(params.max_memory, positions.len())?;
+        let Chosen { field, support, columns } = chosen::choose(params, positions)?;
+        let lattice = Lattice { spacing: params.spacing(), support };
+        let budget = budget(params.max_memory, positions.len(), columns)?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
-        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, attributes, control }))
+        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
     }
 
     /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
@@ -157,10 +163,11 @@ impl Reconstructor {
 struct Job<'a> {
     from: &'a mut Reconstructor,
     unit: Unit,
-    field: Sph,
+    field: Box<dyn AnyField>,
     lattice: Lattice,
     budget: Budget,
     params: &'a Params,
+    positions: Positions<'a>,
     attributes: &'a [Attribute<'a>],
     control: &'a Control<'a>,
 }
@@ -174,14 +181,14 @@ impl<'a> Sorted<'a> {
         self.0.from.cells.order()
     }
 
-    /// Computes the particles' densities, hence volumes.
+    /// Computes what each particle brings to the field: densities, hence volumes, where it asks for them.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`Error::OutsideLattice`] where a field moves particles out of what it can look up, [`Error::Cancelled`].
     pub fn weigh(self) -> Result<Weighed<'a>, Error> {
-        let Self(job) = self;
+        let Self(mut job) = self;
         job.control.begin(Stage::Density)?;
-        density::weights(job.unit, &job.from.cells, job.control, &mut job.from.weights);
+        job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
         Ok(Weighed(job))
     }
@@ -196,11 +203,10 @@ impl<'a> Weighed<'a> {
         self.0.from.cells.order()
     }
 
-    /// Volume m/ρ of each particle in cubic world units, in canonical order.
-    pub fn volumes(&self) -> impl Iterator<Item = f64> + '_ {
-        // The kernel's factor is 16/(π h³), see `field::kernel`.
-        let unit = std::f64::consts::PI / 16.0 * self.0.lattice.support.powi(3);
-        self.0.from.weights[..self.0.from.cells.len()].iter().map(move |&w| unit * f64::from(w))
+    /// Volume m/ρ of each particle in cubic world units, in canonical order; `None` where the field asks for none.
+    pub fn volumes(&self) -> Option<impl Iterator<Item = f64> + '_> {
+        let Job { from, lattice, params, .. } = &self.0;
+        chosen::volumes(params.field, *lattice, &from.columns, from.cells.len())
     }
 
     /// Samples the field where the surface may be.
@@ -209,8 +215,9 @@ impl<'a> Weighed<'a> {
     /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Cancelled`].
     pub fn sample(self) -> Result<Sampled<'a>, Error> {
         let Self(job) = self;
-        let Reconstructor { cells, weights, band, .. } = &mut *job.from;
-        let source = Source { unit: job.unit, field: &job.field, cells, columns: &[weights], control: job.control };
+        let Reconstructor { cells, columns, band, .. } = &mut *job.from;
+        let columns = &chosen::slices(columns);
+        let source = Source { unit: job.unit, field: &*job.field, cells, columns, control: job.control };
         band.find(&source, job.lattice.step(), job.params.band == Band::Full, job.budget)?;
         Ok(Sampled(job))
     }
@@ -251,9 +258,9 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// A limit, of which the sorted particles and their weights take their part.
-fn budget(max_memory: Option<u64>, particles: usize) -> Result<Budget, Error> {
-    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+/// A limit, of which the sorted particles and their columns take their part.
+fn budget(max_memory: Option<u64>, particles: usize, columns: usize) -> Result<Budget, Error> {
+    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + (columns * size_of::<f32>()) as u64);
     let bytes = max_memory.unwrap_or(u64::MAX);
     if taken > bytes {
         return Err(Error::Memory { what: "the particles alone", needed: taken, available: bytes });

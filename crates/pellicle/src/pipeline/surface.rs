@@ -4,15 +4,11 @@ use std::cell::RefCell;
 
 use rayon::prelude::*;
 
-use super::Reconstructor;
+use super::{Reconstructor, chosen};
 use crate::{
     Attribute, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
     bricks::store::{Source, Store},
-    field::sph::Sph,
-    fill::{
-        Scratch, Values,
-        points::{Interpolate, Normals, OctetVertices},
-    },
+    fill::{Scratch, Values, any::AnyField, points::OctetVertices},
     lattice::Lattice,
     lookup::cells::Cells,
     march::cubes::{
@@ -26,7 +22,7 @@ use crate::{
 pub struct Surface<'a> {
     pub(super) from: &'a Reconstructor,
     pub(super) unit: Unit,
-    pub(super) field: Sph,
+    pub(super) field: Box<dyn AnyField>,
     pub(super) lattice: Lattice,
     pub(super) frame: Frame,
     pub(super) params: &'a Params,
@@ -160,9 +156,10 @@ impl Surface<'_> {
 
     /// Bytes that the counted surface holds.
     fn held(&self) -> u64 {
-        let Reconstructor { cells, band, .. } = self.from;
+        let Reconstructor { cells, columns, band, .. } = self.from;
         let values = if band.has_values { band.fine.len() * size_of::<Values>() } else { 0 };
-        let particles = cells.len() as u64 * (Cells::BYTES_PER_PARTICLE + size_of::<f32>() as u64);
+        let per_particle = Cells::BYTES_PER_PARTICLE + (columns.len() * size_of::<f32>()) as u64;
+        let particles = cells.len() as u64 * per_particle;
         particles + Store::<1>::bytes(band.fine.octet_count(), band.fine.len()) + values as u64
     }
 
@@ -202,14 +199,14 @@ impl Surface<'_> {
             return self.vertices_from(&self.from.band.fine, chunk, to);
         }
         // The values did not fit; those of this chunk are computed again.
-        let Reconstructor { counted, band, cells, weights, .. } = self.from;
+        let Reconstructor { counted, band, cells, columns, .. } = self.from;
         let mut values = Store::default();
         for (part, _) in self.parts(chunk) {
             want_needed(&band.fine, counted, part, &mut values);
         }
-        let (unit, field, control) = (self.unit, &self.field, self.control);
-        let source = Source { unit, field, cells, columns: &[weights], control };
-        values.fill(&source, self.lattice.step(), &[self.field.iso], 0, true, &mut Vec::new());
+        let (unit, field, control) = (self.unit, &*self.field, self.control);
+        let source = Source { unit, field, cells, columns: &chosen::slices(columns), control };
+        values.fill(&source, self.lattice.step(), &[self.field.iso()], None, true, &mut Vec::new());
         self.vertices_from(&values, chunk, to);
     }
 
@@ -217,7 +214,7 @@ impl Surface<'_> {
         let Reconstructor { counted, band, .. } = self.from;
         for (part, next) in self.parts(chunk) {
             let own = take(&mut to, (next.first_vertex - part.first_vertex) as usize);
-            let (iso, frame) = (self.field.iso, self.frame);
+            let (iso, frame) = (self.field.iso(), self.frame);
             self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, to: own });
         }
     }
@@ -233,17 +230,19 @@ impl Surface<'_> {
 
     /// Writes the normals of one chunk, whose vertices are given.
     fn normals(&self, chunk: usize, vertices: &[[f32; 3]], mut to: &mut [[f32; 3]]) {
+        let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
             let own = take(&mut to, of.vertices.len());
-            self.unit.run(Normals { of, field: &self.field, columns: &[&self.from.weights], to: own });
+            self.field.normals(self.unit, of, &columns, own);
         });
     }
 
     /// Writes one attribute of one chunk, whose vertices are given.
     fn interpolate(&self, chunk: usize, attribute: &Attribute<'_>, vertices: &[[f32; 3]], mut to: &mut [f32]) {
+        let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
             let own = take(&mut to, of.vertices.len() * attribute.components);
-            self.unit.run(Interpolate { of, weights: &self.from.weights, attribute, to: own });
+            self.field.interpolate(self.unit, of, &columns, attribute, own);
         });
     }
 

@@ -16,7 +16,7 @@ pub(crate) trait Blend: Sync {
     /// What bounds on the field are made of.
     type Falloff: Falloff;
 
-    /// The bounding function, if the field never grows with a particle's distance.
+    /// What a particle of strength 1 brings, if that is never negative and never grows with the distance.
     fn falloff(&self) -> Option<&Self::Falloff>;
     /// Value at a node.
     fn value<S: Simd>(&self, s: S, near: &Near, particles: &[Placed]) -> f32;

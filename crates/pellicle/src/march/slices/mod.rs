@@ -23,21 +23,31 @@
 
 mod blend;
 mod cells;
+mod counts;
+mod custom;
+mod order;
 mod seam;
 mod seeds;
 mod skin;
 mod slice;
 
 pub(crate) use blend::{Blend, Radial};
+pub(crate) use counts::Lap;
+pub use counts::{Clock, Counts, Times};
+pub(crate) use custom::Custom;
+pub use custom::CustomField;
+pub use order::DrawOrder;
+pub(crate) use order::Sight;
 pub(crate) use seam::{Reference, Seam};
 pub use skin::{Neighbour, Neighbours, Plain, Skin};
 
 use crate::{
     bricks::boxes::Boxes,
     lattice::Coord,
-    lookup::columns::{Border, Columns, Extent, Near, Placed},
+    lookup::columns::{Border, Columns, Extent, Near, Placed, Room},
     math::simd::{Kernel, Simd},
 };
+use seeds::Certain;
 use slice::{ABOVE, BELOW, Pool, Todo, WIDEST};
 
 /// Most cells of a block along an axis, margin included.
@@ -53,51 +63,6 @@ pub enum Seeds {
     Particles,
 }
 
-/// Counts of one block, or of a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub struct Counts {
-    /// Crossed cubes that made triangles.
-    pub cubes: u64,
-    /// Cubes visited, those of margins included.
-    pub visited: u64,
-    /// Corners whose value was computed.
-    pub corners: u64,
-    /// Corners whose normal or user data was computed.
-    pub shaded: u64,
-    /// Particles that were summed at corners: exactly those within reach.
-    pub contributions: u64,
-    /// Entries of columns that were looked at for that.
-    pub looked_at: u64,
-    /// Entries in columns.
-    pub entries: u64,
-    /// Cubes that particles' seeds pointed at.
-    pub seeds: u64,
-    /// Most slices alive at once in a block.
-    pub live_slices: u64,
-    /// Most bytes of slices and lists of cubes in a block.
-    pub render_bytes: u64,
-    /// Most bytes of the particle look-up in a block.
-    pub cache_bytes: u64,
-}
-
-impl Counts {
-    /// Adds another block's counts; of what is a maximum the larger is kept.
-    pub(crate) fn add(&mut self, other: &Self) {
-        self.cubes += other.cubes;
-        self.visited += other.visited;
-        self.corners += other.corners;
-        self.shaded += other.shaded;
-        self.contributions += other.contributions;
-        self.looked_at += other.looked_at;
-        self.entries += other.entries;
-        self.seeds += other.seeds;
-        self.live_slices = self.live_slices.max(other.live_slices);
-        self.render_bytes = self.render_bytes.max(other.render_bytes);
-        self.cache_bytes = self.cache_bytes.max(other.cache_bytes);
-    }
-}
-
 /// The surface of one block: its own vertices, and triangles that may refer to vertices of blocks before it.
 pub(crate) struct Piece<V> {
     /// Offsets from the mesh's origin in world units.
@@ -111,6 +76,7 @@ pub(crate) struct Piece<V> {
     /// Key and number of own vertices that later blocks may refer to, in order of keys.
     pub(crate) shared: Vec<(u32, u32)>,
     pub(crate) counts: Counts,
+    pub(crate) times: Times,
 }
 
 /// Marks a vertex of another block.
@@ -126,11 +92,22 @@ impl<V> Default for Piece<V> {
             foreign: Vec::new(),
             shared: Vec::new(),
             counts: Counts::default(),
+            times: Times::default(),
         }
     }
 }
 
 impl<V> Piece<V> {
+    /// Bytes of vertices, triangles and references.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.data[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.foreign[..])
+            + size_of_val(&self.shared[..])
+    }
+
     fn clear(&mut self) {
         self.positions.clear();
         self.normals.clear();
@@ -139,6 +116,7 @@ impl<V> Piece<V> {
         self.foreign.clear();
         self.shared.clear();
         self.counts = Counts::default();
+        self.times = Times::default();
     }
 }
 
@@ -150,6 +128,8 @@ pub(crate) struct Work<C> {
     pool: Pool<C>,
     todo: Vec<Todo>,
     slopes: Vec<f32>,
+    certain: Certain,
+    needs: Needs,
 }
 
 impl<C: Copy + Default> Default for Work<C> {
@@ -161,7 +141,52 @@ impl<C: Copy + Default> Default for Work<C> {
             pool: Pool::default(),
             todo: Vec::new(),
             slopes: Vec::new(),
+            certain: Certain::default(),
+            needs: Needs::default(),
         }
+    }
+}
+
+/// How much room the largest block so far needed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Needs {
+    columns: Room,
+    cells: [usize; 3],
+    slices: usize,
+    shaded: bool,
+}
+
+impl Needs {
+    /// Room for both.
+    pub(crate) fn join(&self, other: &Self) -> Self {
+        Self {
+            columns: self.columns.join(&other.columns),
+            cells: std::array::from_fn(|a| self.cells[a].max(other.cells[a])),
+            slices: self.slices.max(other.slices),
+            shaded: self.shaded || other.shaded,
+        }
+    }
+}
+
+impl<C: Copy + Default> Work<C> {
+    /// The most that any block needed here.
+    pub(crate) fn needs(&self) -> Needs {
+        self.needs
+    }
+
+    /// Makes room, so that whichever thread gets the largest block allocates nothing.
+    pub(crate) fn provide(&mut self, needs: &Needs) {
+        if self.needs == *needs {
+            return;
+        }
+        self.needs = *needs;
+        self.columns.provide(&needs.columns);
+        self.near.provide(needs.columns.longest);
+        self.boxes.provide(needs.cells);
+        let nodes = (needs.cells[0] + 1) * (needs.cells[1] + 1);
+        self.pool.provide(needs.slices, nodes, if needs.shaded { nodes } else { 0 });
+        self.todo.resize_with(needs.cells[2].max(self.todo.len()), Todo::default);
+        self.slopes.resize(needs.columns.longest.max(self.slopes.len()), 0.0);
     }
 }
 
@@ -177,6 +202,9 @@ pub(crate) struct Scene<'a, B, K> {
     pub(crate) origin: Coord,
     /// Distance of neighbouring nodes in world units.
     pub(crate) spacing: f64,
+    /// The lattice's axes in the world, a rotation, where they are not the world's own.
+    pub(crate) axes: Option<[[f64; 3]; 3]>,
+    pub(crate) clock: Option<Clock>,
 }
 
 /// What vertices get besides their position.
@@ -212,6 +240,7 @@ pub(crate) struct March<'a, B, K: Skin> {
     /// First node of the block, its margin left out.
     pub(crate) first: Coord,
     pub(crate) seam: Seam,
+    pub(crate) sight: Option<Sight>,
     /// The block's particles.
     pub(crate) members: &'a [u32],
     pub(crate) work: &'a mut Work<K::Corner>,
@@ -224,6 +253,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
     #[inline(always)]
     fn run<S: Simd>(mut self, s: S) {
         self.piece.clear();
+        let mut lap = Lap::new(self.scene.clock);
         let margin = self.seam.margin;
         let extent = Extent {
             first: self.first.map(|n| n - margin as i32),
@@ -232,6 +262,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
         let border = if self.scene.seeds == Seeds::Particles { Border::Empty } else { Border::Open };
         self.work.columns.build(extent, border, self.scene.particles, self.members, B::WANT.varied);
         self.work.columns.prepare(&mut self.work.near);
+        self.piece.times.enter = lap.next();
         let nodes = extent.nodes[0] * extent.nodes[1];
         let shaded = if self.scene.shading == Shading::None { 0 } else { nodes };
         self.work.pool.begin(nodes, shaded);
@@ -246,7 +277,8 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
                 0
             }
             (Seeds::Complete, None) => {
-                self.work.boxes.suspect_all(extent);
+                let work = &mut *self.work;
+                work.boxes.suspect_reached(extent, work.columns.particles());
                 0
             }
             (Seeds::Particles, _) => {
@@ -254,6 +286,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
                 slabs
             }
         };
+        self.piece.times.seed = lap.next();
         loop {
             let waiting = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()).unwrap_or(slabs);
             let z = waiting.min(unseen);
@@ -280,7 +313,15 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
                 }
             }
         }
+        let needs = Needs {
+            columns: self.work.columns.room(),
+            cells: extent.nodes.map(|n| n - 1),
+            slices: self.work.pool.most,
+            shaded: shaded > 0,
+        };
+        self.work.needs = self.work.needs.join(&needs);
         self.finish(slabs);
+        self.piece.times.march = lap.next();
     }
 }
 
@@ -293,7 +334,7 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         counts.looked_at = work.near.seen;
         counts.entries = work.columns.entries() as u64;
         counts.live_slices = work.pool.most as u64;
-        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>()) as u64;
+        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>() + size_of::<Certain>()) as u64;
         counts.cache_bytes = (work.columns.bytes() + work.boxes.bytes()) as u64;
     }
 
@@ -301,7 +342,7 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
     #[inline(always)]
     fn march_slab<S: Simd>(&mut self, s: S, extent: Extent, z: usize) {
         let follow = self.scene.seeds == Seeds::Particles;
-        while let Some((x, y)) = self.work.todo[z].pop() {
+        while let Some((x, y)) = order::next(&mut self.work.todo[z], self.sight.as_ref()) {
             if follow {
                 let [lower, upper] = self.work.pool.pair(z);
                 if (lower.done[ABOVE][y] | upper.done[BELOW][y]) >> x & 1 != 0 {

@@ -27,14 +27,15 @@ pub(crate) enum Owner {
     Mine,
     /// Shared, and this block's: to be noted under the key.
     Shared(u32),
-    /// Of the block at this place in the order, under the key.
+    /// Of another block, under the key.
     Other(Reference),
 }
 
 /// A vertex of another block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Reference {
-    pub(crate) block: u32,
+    /// Which of the 27 blocks around.
+    pub(crate) block: u8,
     pub(crate) key: u32,
 }
 
@@ -53,19 +54,20 @@ impl Seam {
     }
 
     fn first(&self, axis: usize, node: [usize; 3], side: [i32; 3]) -> Owner {
-        let own = self.around[13];
-        let mut best = (own, [0; 3]);
+        const OWN: usize = 13;
+        let mut best = (self.around[OWN], OWN, [0; 3]);
         for choice in 1..8 {
             let to: [i32; 3] = std::array::from_fn(|a| if choice >> a & 1 == 1 { side[a] } else { 0 });
-            let rank = self.around[(13 + to[0] + 3 * to[1] + 9 * to[2]) as usize];
+            let block = (OWN as i32 + to[0] + 3 * to[1] + 9 * to[2]) as usize;
+            let rank = self.around[block];
             if rank != NOBODY && rank < best.0 {
-                best = (rank, to);
+                best = (rank, block, to);
             }
         }
-        let (block, to) = best;
+        let (_, block, to) = best;
         let local: [u32; 3] =
             std::array::from_fn(|a| (node[a] as i32 - self.margin as i32 - to[a] * self.cells[a] as i32) as u32);
         let key = local[0] | local[1] << 7 | local[2] << 14 | (axis as u32) << 21;
-        if block == own { Owner::Shared(key) } else { Owner::Other(Reference { block, key }) }
+        if block == OWN { Owner::Shared(key) } else { Owner::Other(Reference { block: block as u8, key }) }
     }
 }

@@ -82,6 +82,13 @@ pub struct Neighbours<'a> {
     pub(super) next: usize,
 }
 
+impl<'a> Neighbours<'a> {
+    /// What a look-up at `node` found, with the block's particles.
+    pub(crate) fn new(near: &'a Near, particles: &'a [Placed], node: [i32; 3]) -> Self {
+        Self { near, particles, node, next: 0 }
+    }
+}
+
 impl Iterator for Neighbours<'_> {
     type Item = Neighbour;
 

@@ -1,7 +1,7 @@
 //! Slice caches: what is known of the nodes of one lattice plane, and a pool of them.
 //!
 //! ```text
-//! rows     known, inside, shaded, done above, done below, made along x, y, z: one u64 a row, bit x is node (x, y)
+//! rows     known, valued, inside, shaded, done above, done below, made along x, y, z: one u64 a row, bit x is node (x, y)
 //! arrays   values, vertex numbers, outward vectors, user data: x fastest, meaningful where the row's bit is set
 //! ```
 //!
@@ -11,7 +11,7 @@
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 4; bits and dense arrays take the
 //! place of its index array and growing corner cache.
 
-use crate::math::bits::ones;
+use crate::{lookup::columns::provide, math::bits::ones};
 
 /// Most nodes of a slice along an axis: the bits of a row.
 pub(crate) const WIDEST: usize = 64;
@@ -21,7 +21,9 @@ pub(crate) type Rows = [u64; WIDEST];
 
 /// What is known of one lattice plane. `C` is the user's data of a corner.
 pub(crate) struct Slice<C> {
+    /// Nodes whose side is known; those of them whose value is, too.
     pub(crate) known: Rows,
+    pub(crate) valued: Rows,
     pub(crate) inside: Rows,
     /// Corners whose outward vector and user data are known.
     pub(crate) shaded: Rows,
@@ -47,6 +49,7 @@ impl<C: Copy + Default> Slice<C> {
         let none = [0; WIDEST];
         Self {
             known: none,
+            valued: none,
             inside: none,
             shaded: none,
             done: [none; 2],
@@ -80,6 +83,7 @@ impl<C: Copy + Default> Slice<C> {
     fn clear(&mut self) {
         for y in ones(self.touched) {
             self.known[y] = 0;
+            self.valued[y] = 0;
             self.inside[y] = 0;
             self.shaded[y] = 0;
             self.done.iter_mut().chain(&mut self.made).for_each(|rows| rows[y] = 0);
@@ -114,6 +118,16 @@ impl<C: Copy + Default> Pool<C> {
     /// Starts a block.
     pub(crate) fn begin(&mut self, nodes: usize, shaded: usize) {
         (self.nodes, self.shaded, self.live, self.most) = (nodes, shaded, 0, 0);
+    }
+
+    /// Makes so many slices as large as the last block's.
+    pub(crate) fn provide(&mut self, slices: usize, nodes: usize, shaded: usize) {
+        provide(&mut self.free, slices.max(WIDEST));
+        while self.slices.len() < slices {
+            self.free.push(self.slices.len() as u8);
+            self.slices.push(Slice::new());
+        }
+        self.slices.iter_mut().for_each(|slice| slice.reserve(nodes, shaded));
     }
 
     /// Sees to it that there is a slice at height `z`.
@@ -153,7 +167,7 @@ impl<C: Copy + Default> Pool<C> {
 
     /// Bytes that the most slices of this block took.
     pub(crate) fn bytes(&self) -> usize {
-        let rows = 8 * size_of::<Rows>();
+        let rows = 9 * size_of::<Rows>();
         self.most * (rows + self.nodes * 16 + self.shaded * (12 + size_of::<C>()))
     }
 }
@@ -190,9 +204,15 @@ impl Todo {
         }
         let y = self.filled.trailing_zeros() as usize;
         let x = self.rows[y].trailing_zeros() as usize;
-        self.rows[y] &= self.rows[y] - 1;
-        self.filled &= !(u64::from(self.rows[y] == 0) << y);
+        self.take(x, y);
         Some((x, y))
+    }
+
+    /// Removes a cube.
+    #[inline(always)]
+    pub(crate) fn take(&mut self, x: usize, y: usize) {
+        self.rows[y] &= !(1 << x);
+        self.filled &= !(u64::from(self.rows[y] == 0) << y);
     }
 
     pub(crate) fn is_empty(&self) -> bool {

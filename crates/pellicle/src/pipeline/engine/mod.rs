@@ -1,10 +1,17 @@
 //! Road B: particles → blocks → columns → slices → sink, every frame.
 
+mod keep;
+mod levels;
 mod params;
+mod seams;
 #[cfg(test)]
 mod tests;
+mod view;
 
-pub use params::{Frame, Metaball, Params};
+pub use keep::Reuse;
+pub use levels::Region;
+pub use params::{Frame, MOST_LEVELS, Metaball, Params};
+pub use view::{Sweep, View};
 
 use std::sync::Mutex;
 
@@ -13,17 +20,23 @@ use crate::{
     bricks::blocks::{Block, Blocks},
     field::{
         density,
-        falloff::{InverseSquare, Spline, Triquet, Wyvill},
+        falloff::{Any, InverseSquare, Triquet},
     },
     lattice::Lattice,
     lookup::{cells::Cells, columns::Placed},
-    march::slices::{Blend, FOREIGN, March, Piece, Plain, Radial, Scene, Seam, Shading, Skin, Work},
+    march::slices::{
+        Blend, Clock, Custom, CustomField, FOREIGN, Lap, March, Needs, Plain, Radial, Scene, Seam, Shading, Sight,
+        Skin, Times, Work,
+    },
     math::{
         ranges::{PerItem, for_each_part},
         simd::Unit,
     },
     sink::{Part, Sink},
 };
+use keep::{Keep, Kept};
+use seams::Seams;
+use view::{Axes, block_key, dot};
 
 /// Particles of a frame: positions, and what may differ between them.
 #[derive(Debug, Clone, Copy)]
@@ -63,28 +76,20 @@ pub struct Engine<K: Skin = Plain> {
     params: Params,
     skin: K,
     unit: Unit,
+    view: Option<View>,
+    clock: Option<Clock>,
+    /// Time of the stages before the march.
+    times: Times,
     placed: Vec<Placed>,
     blocks: Blocks,
     cells: Cells,
     weights: Vec<f32>,
     /// One a thread.
     works: Vec<Mutex<Work<K::Corner>>>,
-    pieces: Vec<Piece<K::Vertex>>,
+    keep: Keep<K::Vertex>,
     seams: Seams,
+    detail: levels::Detail<K>,
 }
-
-/// Numbers of vertices that later blocks refer to.
-#[derive(Default)]
-struct Seams {
-    /// Keys and numbers, block after block.
-    entries: Vec<(u32, u32)>,
-    /// Where each block's begin.
-    starts: Vec<u32>,
-    resolved: Vec<u32>,
-}
-
-/// Stands for a vertex that the owner did not make.
-const MISSING: u32 = u32::MAX;
 
 impl Engine {
     /// An engine for surfaces with positions and, by choice, normals.
@@ -112,13 +117,17 @@ impl<K: Skin> Engine<K> {
             params,
             skin,
             unit,
+            view: None,
+            clock: None,
+            times: Times::default(),
             placed: Vec::new(),
             blocks: Blocks::default(),
             cells: Cells::default(),
             weights: Vec::new(),
             works: Vec::new(),
-            pieces: Vec::new(),
+            keep: Keep::default(),
             seams: Seams::default(),
+            detail: levels::Detail::default(),
         })
     }
 
@@ -134,7 +143,35 @@ impl<K: Skin> Engine<K> {
 
     /// The skin, to be changed between frames.
     pub fn skin_mut(&mut self) -> &mut K {
+        // Whatever was kept may look different now.
+        self.keep.forget();
         &mut self.skin
+    }
+
+    /// From the next frame on, triangles come in this viewer's order; with `None`, block by block and slab by slab along z.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a place that is not finite or a direction of no length.
+    pub fn set_view(&mut self, view: Option<View>) -> Result<(), Error> {
+        view.map_or(Ok(()), |view| view.check())?;
+        self.view = view;
+        Ok(())
+    }
+
+    /// From the next frame on, [`Frame::times`] are measured by this clock.
+    ///
+    /// ```
+    /// use std::{sync::LazyLock, time::Instant};
+    ///
+    /// static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    /// let mut engine = pellicle::realtime::Engine::new(pellicle::realtime::Params::new(3.0, 1.0))?;
+    /// engine.set_clock(Some(|| START.elapsed().as_nanos() as u64));
+    /// let frame = engine.update(&[[0.0f32; 3]], &mut pellicle::Mesh::default())?;
+    /// assert!(frame.times.surface > 0);
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    pub fn set_clock(&mut self, clock: Option<Clock>) {
+        self.clock = clock;
     }
 
     /// Makes the surface of these particles and writes it to the sink. No particles give an empty surface.
@@ -148,28 +185,76 @@ impl<K: Skin> Engine<K> {
         particles: impl Into<Particles<'a>>,
         sink: &mut impl Sink<K::Vertex>,
     ) -> Result<Frame, Error> {
+        self.update_visible(particles, sink, |_| true)
+    }
+
+    /// As [`update`](Self::update), but leaves out the blocks that are not `visible`, which is asked with a block's eight
+    /// corners in world units. Where a block is left out the surface is open; all else is as it would be with it.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    pub fn update_visible<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        sink: &mut impl Sink<K::Vertex>,
+        mut visible: impl FnMut(&[[f64; 3]; 8]) -> bool,
+    ) -> Result<Frame, Error> {
         let particles = particles.into();
-        self.place(&particles)?;
+        let axes = self.prepare(&particles, &mut visible)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
-        match (self.params.field, varied) {
-            (Metaball::Triquet, false) => self.march(&Radial::<_, false>(Triquet), sink),
-            (Metaball::Triquet, true) => self.march(&Radial::<_, true>(Triquet), sink),
-            (Metaball::Wyvill, false) => self.march(&Radial::<_, false>(Wyvill), sink),
-            (Metaball::Wyvill, true) => self.march(&Radial::<_, true>(Wyvill), sink),
-            (Metaball::InverseSquare { radius }, varied) => {
-                let falloff = InverseSquare { radius_sq: (radius * radius) as f32 };
-                if varied {
-                    self.march(&Radial::<_, true>(falloff), sink)
-                } else {
-                    self.march(&Radial::<_, false>(falloff), sink)
-                }
+        // The paper's metaball of particles that do not differ has a march of its own; the others share one.
+        if self.params.field == Metaball::Triquet && !varied {
+            return self.march(axes, &Radial::<_, false>(Triquet), sink);
+        }
+        self.march(axes, &Radial::<_, true>(self.falloff()), sink)
+    }
+
+    fn falloff(&self) -> Any {
+        match self.params.field {
+            Metaball::Triquet => Any::Triquet,
+            Metaball::Wyvill => Any::Wyvill,
+            Metaball::InverseSquare { radius } => {
+                Any::InverseSquare(InverseSquare { radius_sq: (radius * radius) as f32 })
             }
-            (Metaball::Sph, _) => self.march(&Radial::<_, true>(Spline), sink),
+            Metaball::Sph => Any::Spline,
         }
     }
 
+    /// As [`update`](Self::update), with a field of the user's in place of [`Params::field`].
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    pub fn update_custom<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        field: &impl CustomField,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        // Of the user's field nobody knows whether it changed: nothing of before holds, nor of this frame later on.
+        self.keep.forget();
+        let axes = self.prepare(&particles.into(), &mut |_| true)?;
+        let frame = self.march(axes, &Custom(field), sink);
+        self.keep.forget();
+        frame
+    }
+
+    /// What comes before the march. Gives the pose of the lattice.
+    fn prepare(
+        &mut self,
+        particles: &Particles<'_>,
+        visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool,
+    ) -> Result<Option<Axes>, Error> {
+        let mut lap = Lap::new(self.clock);
+        let axes = self.view.map(|view| view.axes());
+        self.place(particles, axes.as_ref())?;
+        self.times.place = lap.next();
+        self.cut(axes.as_ref(), visible);
+        self.times.cut = lap.next();
+        Ok(axes)
+    }
+
     /// Puts the particles on the lattice.
-    fn place(&mut self, particles: &Particles<'_>) -> Result<(), Error> {
+    fn place(&mut self, particles: &Particles<'_>, axes: Option<&Axes>) -> Result<(), Error> {
         let n = particles.positions.len();
         for (what, values) in [("reaches", particles.reaches), ("strengths", particles.strengths)] {
             if let Some(values) = values.filter(|values| values.len() != n) {
@@ -186,6 +271,7 @@ impl<K: Skin> Engine<K> {
         for i in 0..n {
             let position = particles.positions.get(i);
             lattice.check(i, position)?;
+            let position = axes.map_or(position, |axes| axes.map(|axis| dot(axis, position)));
             let (node, offset) = Lattice::nearest(position.map(|v| v * per_spacing));
             let own = particles.reaches.map_or(reach, |values| f64::from(values[i]));
             if !(own > 0.0 && own <= reach * (1.0 + 1e-6) && own * per_spacing > 1e-6) {
@@ -220,16 +306,38 @@ impl<K: Skin> Engine<K> {
         Ok(())
     }
 
-    fn march(&mut self, blend: &impl Blend, sink: &mut impl Sink<K::Vertex>) -> Result<Frame, Error> {
-        let size = self.params.block.map(|n| n as i32);
-        self.blocks.cut(size, &self.placed, |_| Some(0));
-        let origin = self.origin(size);
-        let shading = match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
+    /// Cuts the world into blocks, in the viewer's order.
+    fn cut(&mut self, axes: Option<&Axes>, visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool) {
+        let Params { block, spacing, .. } = self.params;
+        let sight = self.view.zip(axes).map(|(view, axes)| (view.cube(axes, spacing), view.order));
+        self.blocks.cut(block.map(|n| n as i32), &self.placed, |at| {
+            let corners = std::array::from_fn(|c| {
+                let node = |a: usize| (f64::from(at[a]) + f64::from(c as u32 >> a & 1)) * block[a] as f64 * spacing;
+                to_world(axes, std::array::from_fn(node))
+            });
+            visible(&corners).then(|| sight.map_or(0, |(cube, order)| block_key(at, block, cube, order)))
+        });
+    }
+
+    /// What vertices get.
+    fn shading(&self) -> Shading {
+        match (self.params.normals, size_of::<K::Corner>() + size_of::<K::Vertex>() > 0) {
             (false, false) => Shading::None,
             (true, false) => Shading::Normals,
             (false, true) => Shading::Data,
             (true, true) => Shading::NormalsAndData,
-        };
+        }
+    }
+
+    fn march(
+        &mut self,
+        axes: Option<Axes>,
+        blend: &impl Blend,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        let mut lap = Lap::new(self.clock);
+        let origin = self.origin(self.params.block.map(|n| n as i32));
+        let shading = self.shading();
         let scene = Scene {
             blend,
             skin: &self.skin,
@@ -239,37 +347,77 @@ impl<K: Skin> Engine<K> {
             particles: &self.placed,
             origin,
             spacing: self.params.spacing,
+            axes,
+            clock: self.clock,
         };
+        let sight = self
+            .view
+            .zip(axes)
+            .map(|(view, axes)| Sight { order: view.order, cube: view.cube(&axes, self.params.spacing) });
         let threads = rayon::current_num_threads();
-        let batch = if threads == 1 { 1 } else { 8 * threads };
+        let reuse = self.params.reuse == Reuse::Unchanged;
+        let batch = match (reuse, threads) {
+            (true, _) => self.blocks.blocks.len().max(1),
+            (false, 1) => 1,
+            (false, _) => 8 * threads,
+        };
         self.works.resize_with(threads.max(self.works.len()), Mutex::default);
-        self.pieces.resize_with(batch.max(self.pieces.len()), Piece::default);
+        if reuse {
+            self.keep.arrange(&self.blocks, origin, axes);
+        } else {
+            self.keep.forget();
+            self.keep.kept.resize_with(batch.max(self.keep.kept.len()), Kept::default);
+        }
         self.seams.begin();
-        let mut frame = Frame { particles: self.placed.len(), blocks: self.blocks.blocks.len(), ..Frame::default() };
-        sink.begin(origin.map(|n| f64::from(n) * self.params.spacing));
+        let mut frame = Frame {
+            particles: self.placed.len(),
+            blocks: self.blocks.blocks.len(),
+            times: self.times,
+            ..Frame::default()
+        };
+        sink.begin(to_world(axes.as_ref(), origin.map(|n| f64::from(n) * self.params.spacing)));
         for first in (0..self.blocks.blocks.len()).step_by(batch) {
             let blocks = &self.blocks.blocks[first..self.blocks.blocks.len().min(first + batch)];
-            let job =
-                Job { unit: self.unit, scene: &scene, blocks: &self.blocks, params: &self.params, works: &self.works };
-            job.run(blocks, &mut self.pieces[..blocks.len()]);
-            for piece in &mut self.pieces[..blocks.len()] {
+            let job = Job {
+                unit: self.unit,
+                scene: &scene,
+                sight,
+                blocks: &self.blocks,
+                params: &self.params,
+                works: &self.works,
+                reuse,
+            };
+            let kept = &mut self.keep.kept[..blocks.len()];
+            job.run(blocks, kept);
+            for Kept { piece, around, reused, .. } in kept {
                 frame.counts.add(&piece.counts);
-                self.seams.resolve(piece, &mut frame)?;
+                if !*reused {
+                    frame.times.add(&piece.times);
+                }
+                frame.reused += usize::from(*reused);
+                let triangles = self.seams.resolve(piece, around, &mut frame)?;
+                let written = triangles.len();
                 sink.append(Part {
                     first_vertex: frame.vertices,
                     first_triangle: frame.triangles,
                     positions: &piece.positions,
                     normals: &piece.normals,
                     data: &piece.data,
-                    triangles: &piece.triangles,
+                    triangles,
                 });
                 frame.vertices += piece.positions.len();
-                frame.triangles += piece.triangles.len();
+                frame.triangles += written;
             }
         }
+        let works = || self.works.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
+        let needs = works().fold(Needs::default(), |needs, work| needs.join(&work.needs()));
+        works().for_each(|mut work| work.provide(&needs));
         frame.particle_bytes = self.placed.len() * size_of::<Placed>() + self.blocks.bytes();
-        frame.seam_bytes = self.seams.entries.len() * 8 + self.seams.starts.len() * 4;
+        frame.kept_bytes = if reuse { self.keep.bytes(frame.blocks) } else { 0 };
+        frame.seam_bytes = self.seams.bytes();
+        frame.levels[0] = frame.blocks;
         sink.end()?;
+        frame.times.surface = lap.next();
         Ok(frame)
     }
 
@@ -289,63 +437,50 @@ impl<K: Skin> Engine<K> {
 struct Job<'a, B, K: Skin> {
     unit: Unit,
     scene: &'a Scene<'a, B, K>,
+    /// The viewer's cube in the lattice.
+    sight: Option<Sight>,
     blocks: &'a Blocks,
     params: &'a Params,
     works: &'a [Mutex<Work<K::Corner>>],
+    /// Whether what was kept of a block is compared with what there is now.
+    reuse: bool,
 }
 
 impl<B: Blend, K: Skin> Job<'_, B, K> {
-    fn run(&self, blocks: &[Block], pieces: &mut [Piece<K::Vertex>]) {
-        for_each_part(0..blocks.len(), PerItem(pieces, 1), &|i| i, &|i, piece: PerItem<'_, _>| {
-            let block = &blocks[i];
+    fn run(&self, blocks: &[Block], kept: &mut [Kept<K::Vertex>]) {
+        for_each_part(0..blocks.len(), PerItem(kept, 1), &|i| i, &|i, kept: PerItem<'_, _>| {
+            let (block, kept) = (&blocks[i], &mut kept.0[0]);
+            kept.around = self.blocks.around(block);
+            let seam = Seam { around: kept.around, margin: self.params.margin(), cells: self.params.block };
+            let first: [i32; 3] = std::array::from_fn(|a| block.at[a] * self.params.block[a] as i32);
+            let sight = self.sight.map(|sight| Sight {
+                cube: std::array::from_fn(|a| sight.cube[a] - i64::from(first[a]) + seam.margin as i64),
+                ..sight
+            });
+            let members = self.blocks.members(block);
+            kept.reused = self.reuse && kept.holds(block, members, self.scene.particles, sight);
+            if kept.reused {
+                return;
+            }
             let thread = rayon::current_thread_index().unwrap_or(0) % self.works.len();
             let mut work = self.works[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let seam =
-                Seam { around: self.blocks.around(block), margin: self.params.margin(), cells: self.params.block };
-            let first = std::array::from_fn(|a| block.at[a] * self.params.block[a] as i32);
-            let members = self.blocks.members(block);
-            self.unit.run(March { scene: self.scene, first, seam, members, work: &mut work, piece: &mut piece.0[0] });
+            self.unit.run(March {
+                scene: self.scene,
+                first,
+                seam,
+                sight,
+                members,
+                work: &mut work,
+                piece: &mut kept.piece,
+            });
+            if self.reuse {
+                kept.settle();
+            }
         });
     }
 }
 
-impl Seams {
-    fn begin(&mut self) {
-        self.entries.clear();
-        self.starts.clear();
-        self.starts.push(0);
-    }
-
-    /// Turns a piece's own numbers into those of the whole surface, and remembers those that later pieces may refer to.
-    /// `frame` holds the counts of what came before.
-    fn resolve<V>(&mut self, piece: &mut Piece<V>, frame: &mut Frame) -> Result<(), Error> {
-        let base = frame.vertices as u64;
-        let end = base + piece.positions.len() as u64;
-        if end > u64::from(FOREIGN) {
-            return Err(Error::Count { what: "vertices", needed: end, available: u64::from(FOREIGN) });
-        }
-        let base = base as u32;
-        self.entries.extend(piece.shared.iter().map(|&(key, vertex)| (key, vertex + base)));
-        self.starts.push(self.entries.len() as u32);
-        self.resolved.clear();
-        for reference in &piece.foreign {
-            let of = self.starts[reference.block as usize] as usize..self.starts[reference.block as usize + 1] as usize;
-            let notes = &self.entries[of];
-            let found = notes.binary_search_by_key(&reference.key, |&(key, _)| key);
-            self.resolved.push(found.map_or(MISSING, |at| notes[at].1));
-        }
-        let mut missing = 0;
-        for triangle in &mut piece.triangles {
-            for vertex in triangle.iter_mut() {
-                *vertex =
-                    if *vertex & FOREIGN == 0 { *vertex + base } else { self.resolved[(*vertex ^ FOREIGN) as usize] };
-            }
-            missing += usize::from(triangle.contains(&MISSING));
-        }
-        if missing > 0 {
-            frame.unmatched += missing;
-            piece.triangles.retain(|triangle| !triangle.contains(&MISSING));
-        }
-        Ok(())
-    }
+/// Turns a vector from the lattice's axes to the world's.
+fn to_world(axes: Option<&Axes>, v: [f64; 3]) -> [f64; 3] {
+    axes.map_or(v, |axes| std::array::from_fn(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]))
 }

@@ -1,9 +1,10 @@
 //! What the caller of the real-time engine chooses, and what a frame amounted to.
 
+use super::Reuse;
 use crate::{
     Error, Lanes,
     bricks::boxes::BOX,
-    march::slices::{Counts, MOST_CELLS, Seeds},
+    march::slices::{Counts, MOST_CELLS, Seeds, Times},
 };
 
 /// A field made by particles, each of which contributes within its reach.
@@ -43,6 +44,8 @@ pub struct Params {
     pub seeds: Seeds,
     /// Whether vertices get normals. Default on.
     pub normals: bool,
+    /// Whether blocks that did not change are used again. Default off.
+    pub reuse: Reuse,
     /// Vector unit.
     pub lanes: Lanes,
 }
@@ -59,6 +62,7 @@ impl Params {
             block: [32; 3],
             seeds: Seeds::Complete,
             normals: true,
+            reuse: Reuse::Off,
             lanes: Lanes::Auto,
         }
     }
@@ -109,14 +113,21 @@ impl Params {
     }
 }
 
-/// What one frame amounted to: counts and bytes, no clocks.
+/// Number of levels of detail that there can be: cells of 1 to 32 times the spacing.
+pub const MOST_LEVELS: usize = 6;
+
+/// What one frame amounted to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Frame {
     /// Particles handed in.
     pub particles: usize,
-    /// Blocks that were marched.
+    /// Blocks with particles, those left out not counted.
     pub blocks: usize,
+    /// Those of them that had not changed and were used again; `counts` then tell of when they were marched.
+    pub reused: usize,
+    /// Blocks at each level of detail.
+    pub levels: [usize; MOST_LEVELS],
     /// Vertices of the surface.
     pub vertices: usize,
     /// Triangles of the surface.
@@ -125,8 +136,12 @@ pub struct Frame {
     pub unmatched: usize,
     /// What the blocks counted.
     pub counts: Counts,
+    /// How long it took, by the clock given to [`Engine::set_clock`](super::Engine::set_clock).
+    pub times: Times,
     /// Bytes of the particles on the lattice and their distribution to blocks.
     pub particle_bytes: usize,
-    /// Bytes by which blocks find each other's vertices.
+    /// Bytes of the surfaces that are kept for [`Reuse::Unchanged`].
+    pub kept_bytes: usize,
+    /// Bytes by which blocks find each other's vertices; with levels of detail, the signs of all their nodes.
     pub seam_bytes: usize,
 }

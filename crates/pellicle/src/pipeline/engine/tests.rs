@@ -3,7 +3,10 @@
 use super::*;
 use crate::{
     Mesh,
-    march::{slices::Seeds, tables::COUNTS},
+    march::{
+        slices::{DrawOrder, Seeds},
+        tables::COUNTS,
+    },
     mesh::Report,
 };
 
@@ -101,4 +104,141 @@ fn particles_seeds_find_blobs() {
     assert_closed(&mesh, "particles");
     assert_eq!(mesh.triangles.len(), all.triangles.len(), "{frame:?} {complete:?}");
     assert!(frame.counts.live_slices >= 2 && complete.counts.live_slices == 2);
+}
+
+/// Vertices in a canonical order, to compare surfaces whose triangles come in different orders.
+fn sorted_vertices(mesh: &Mesh) -> Vec<[i64; 3]> {
+    let mut vertices: Vec<_> =
+        (0..mesh.vertices.len()).map(|v| mesh.position(v).map(|x| (x * 1e3).round() as i64)).collect();
+    vertices.sort_unstable();
+    vertices
+}
+
+fn views() -> impl Iterator<Item = View> {
+    let places = [(None, [0.0, 0.0, -1.0]), (None, [1.0, 0.4, -0.2]), (Some([3.0, -20.0, 7.0]), [-0.1, 1.0, -0.3])];
+    places.into_iter().flat_map(|(eye, forward)| {
+        [DrawOrder::BackToFront, DrawOrder::FrontToBack]
+            .into_iter()
+            .flat_map(move |order| [Sweep::BestAxis, Sweep::Rotated].map(|sweep| View { eye, forward, order, sweep }))
+    })
+}
+
+fn seen(positions: &[[f32; 3]], params: Params, view: View) -> Mesh {
+    let (mut mesh, mut engine) = (Mesh::default(), Engine::new(params).unwrap());
+    engine.set_view(Some(view)).unwrap();
+    engine.update(positions, &mut mesh).unwrap();
+    mesh
+}
+
+#[test]
+fn a_viewer_changes_the_order_of_triangles_and_nothing_else() {
+    let positions = cloud(6, 200, [14.0, 20.0, 10.0]);
+    let params = Params { block: [8, 12, 16], ..Params::new(3.0, 1.0) };
+    let (plain, _) = surface(&positions, params.clone());
+    let volume = Report::of(&plain).signed_volume;
+    for view in views() {
+        let mesh = seen(&positions, params.clone(), view);
+        assert_closed(&mesh, &format!("{view:?}"));
+        let report = Report::of(&mesh);
+        assert!((report.signed_volume / volume - 1.0).abs() < 0.02, "{view:?}: {} {volume}", report.signed_volume);
+        if view.sweep == Sweep::BestAxis {
+            assert_eq!(sorted_vertices(&mesh).len(), sorted_vertices(&plain).len(), "{view:?}");
+            // A mirrored cube's polygons are cut along other diagonals.
+            assert!((report.signed_volume / volume - 1.0).abs() < 2e-3, "{view:?}");
+        }
+        for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
+            // Outward: a step along the normal leaves the field weaker.
+            let field = |by: f32| -> f32 {
+                let at: [f32; 3] = std::array::from_fn(|a| vertex[a] + by * normal[a]);
+                let u = |p: &[f32; 3]| 1.0 - (0..3).map(|a| (at[a] - p[a]).powi(2)).sum::<f32>() / 9.0;
+                positions.iter().map(|p| u(p).max(0.0).powi(2) / 4.0).sum()
+            };
+            assert!(field(0.05) < field(-0.05), "{view:?} at {vertex:?}");
+        }
+    }
+}
+
+#[test]
+fn slabs_come_in_the_viewers_order() {
+    let positions = cloud(7, 150, [10.0; 3]);
+    let params = Params { block: [60; 3], ..Params::new(3.0, 1.0) };
+    for view in views() {
+        let mesh = seen(&positions, params.clone(), view);
+        let axes = view.axes();
+        let corners = |t: &[u32; 3]| t.map(|v| axes.map(|axis| dot(axis, mesh.position(v as usize))));
+        // Within a block, a slab is one cell deep.
+        let mut highest = std::collections::HashMap::new();
+        for corners in mesh.triangles.iter().map(corners) {
+            let middle: [f64; 3] = std::array::from_fn(|a| corners.iter().map(|c| c[a]).sum::<f64>() / 3.0);
+            let depth = corners.iter().map(|c| c[2]).fold(f64::MAX, f64::min);
+            let highest = highest.entry(middle.map(|v| (v / 60.0).floor() as i64)).or_insert(f64::MIN);
+            assert!(depth > *highest - 1.001, "{view:?}: {depth} after {highest}");
+            *highest = highest.max(depth);
+        }
+    }
+}
+
+#[test]
+fn a_block_that_is_not_visible_is_left_out_and_the_rest_stays() {
+    let positions = cloud(8, 300, [30.0, 8.0, 8.0]);
+    let params = Params { block: [8; 3], ..Params::new(3.0, 1.0) };
+    let mut engine = Engine::new(params).unwrap();
+    let (mut all, mut some) = (Mesh::default(), Mesh::default());
+    engine.update(&positions, &mut all).unwrap();
+    let frame = engine.update_visible(&positions, &mut some, |corners| corners.iter().any(|c| c[0] > 1.0)).unwrap();
+    assert_eq!(frame.unmatched, 0);
+    assert!(some.triangles.len() > all.triangles.len() / 4 && some.triangles.len() < all.triangles.len());
+    let right =
+        |mesh: &Mesh| mesh.triangles.iter().filter(|t| t.iter().all(|&v| mesh.vertices[v as usize][0] >= 0.0)).count();
+    assert_eq!(right(&all), right(&some));
+}
+
+#[test]
+fn reaches_and_strengths_of_particles_count() {
+    let positions = [[0.5f32, 0.5, 0.5], [12.0, 0.3, 0.7], [24.0, 0.1, 0.2]];
+    let (reaches, strengths) = ([3.0f32, 1.5, 3.0], [1.0f32, 1.0, 4.0]);
+    let particles = Particles { positions: (&positions).into(), reaches: Some(&reaches), strengths: Some(&strengths) };
+    let mut mesh = Mesh::default();
+    let mut engine = Engine::new(Params::new(3.0, 0.1)).unwrap();
+    engine.update(particles, &mut mesh).unwrap();
+    assert_closed(&mesh, "three balls");
+    // u²/4 · strength = 0.2 where d = R √(1 − √(0.8/strength)).
+    for (i, (p, (reach, strength))) in positions.iter().zip(reaches.iter().zip(strengths)).enumerate() {
+        let radius = reach * (1.0 - (0.8 / strength).sqrt()).sqrt();
+        let near = mesh.vertices.iter().filter(|v| (v[0] - p[0]).abs() < 4.0);
+        for v in near {
+            let d = (0..3).map(|a| (v[a] - p[a]).powi(2)).sum::<f32>().sqrt();
+            assert!((d - radius).abs() < 0.01, "ball {i}: {d}, {radius} expected");
+        }
+    }
+    for (reaches, strengths) in [([3.0, 3.1, 3.0], [1.0; 3]), ([3.0; 3], [1.0, -1.0, 1.0]), ([0.0; 3], [1.0; 3])] {
+        let particles =
+            Particles { positions: (&positions).into(), reaches: Some(&reaches), strengths: Some(&strengths) };
+        assert!(matches!(engine.update(particles, &mut mesh), Err(Error::Parameter { .. })));
+    }
+}
+
+#[test]
+fn the_sph_field_is_that_of_the_bulk_road() {
+    let positions: Vec<[f32; 3]> =
+        (0..512).map(|i| [i % 8, i / 8 % 8, i / 64].map(|v| v as f32 * 0.1 + 0.013 * (i % 7) as f32)).collect();
+    let bulk = crate::Params { cell_size: 1.0, ..crate::Params::new(0.05) };
+    let params = Params { field: Metaball::Sph, iso: bulk.iso, ..Params::new(bulk.support(), bulk.spacing()) };
+    let (here, _) = surface(&positions, params);
+    let there = crate::reconstruct(&positions, &bulk).unwrap();
+    assert_closed(&here, "SPH");
+    assert_eq!((here.vertices.len(), here.triangles.len()), (there.vertices.len(), there.triangles.len()));
+    let sorted = |mesh: &Mesh| {
+        let mut vertices: Vec<[f64; 3]> = (0..mesh.vertices.len()).map(|v| mesh.position(v)).collect();
+        vertices.sort_by(|a, b| {
+            (0..3)
+                .map(|i| (a[i] * 1e4).round().total_cmp(&(b[i] * 1e4).round()))
+                .find(|o| o.is_ne())
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        vertices
+    };
+    let far =
+        sorted(&here).iter().zip(sorted(&there)).filter(|(a, b)| (0..3).any(|i| (a[i] - b[i]).abs() > 1e-5)).count();
+    assert!(far * 100 <= here.vertices.len(), "{far} of {} vertices differ", here.vertices.len());
 }

@@ -1,0 +1,169 @@
+//! `--smooth` and `--keep`: what is done to a mesh once it is there, shared by the verbs that make one.
+
+use pellicle::post::Finish;
+use pellicle::post::components::{Cavities, Keep};
+use pellicle::post::smooth::Smoothing;
+
+/// What `--smooth` asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Smooth {
+    iterations: usize,
+    strength: f32,
+    /// Whether spray and thin films are spared.
+    weights: bool,
+    snap: bool,
+    normals: usize,
+}
+
+impl Default for Smooth {
+    fn default() -> Self {
+        let Smoothing { iterations, strength } = Smoothing::default();
+        Self { iterations, strength, weights: true, snap: true, normals: 10 }
+    }
+}
+
+/// `iterations=25,strength=1,weights=on,snap=on,normals=10`, or some of it, or nothing.
+pub fn parse_smooth(text: &str) -> Result<Smooth, String> {
+    let mut smooth = Smooth::default();
+    each_setting(text, "iterations, strength, weights, snap, normals", |key, value| {
+        match key {
+            "iterations" => smooth.iterations = whole(value)?,
+            "strength" => smooth.strength = share(value)?,
+            "weights" => smooth.weights = switch(value)?,
+            "snap" => smooth.snap = switch(value)?,
+            "normals" => smooth.normals = whole(value)?,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    })?;
+    Ok(smooth)
+}
+
+/// `largest=N,volume=V,cavities=on|off`, or some of it.
+pub fn parse_keep(text: &str) -> Result<Keep, String> {
+    let mut keep = Keep::default();
+    each_setting(text, "largest, volume, cavities", |key, value| {
+        match key {
+            "largest" => keep.largest = Some(whole(value)?),
+            "volume" => keep.min_volume = volume(value)?,
+            "cavities" => keep.cavities = if switch(value)? { Cavities::Keep } else { Cavities::Fill },
+            _ => return Ok(false),
+        }
+        Ok(true)
+    })?;
+    Ok(keep)
+}
+
+/// Calls `take` with every KEY=VALUE of a list; `false` says that there is no such key.
+fn each_setting(
+    text: &str,
+    keys: &str,
+    mut take: impl FnMut(&str, &str) -> Result<bool, String>,
+) -> Result<(), String> {
+    for setting in text.split(',').map(str::trim).filter(|setting| !setting.is_empty()) {
+        let Some((key, value)) = setting.split_once('=') else {
+            return Err(format!("'{setting}' is no KEY=VALUE; keys are {keys}"));
+        };
+        if !take(key.trim(), value.trim()).map_err(|must| format!("{key} = {value}: must be {must}"))? {
+            return Err(format!("there is no '{key}'; keys are {keys}"));
+        }
+    }
+    Ok(())
+}
+
+fn whole(value: &str) -> Result<usize, String> {
+    const MOST: usize = 10_000;
+    value.parse().ok().filter(|n| *n <= MOST).ok_or_else(|| format!("a whole number from 0 to {MOST}"))
+}
+
+fn share(value: &str) -> Result<f32, String> {
+    value.parse().ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "a number from 0 to 1".into())
+}
+
+fn volume(value: &str) -> Result<f64, String> {
+    let volume = value.parse().ok().filter(|v: &f64| v.is_finite() && *v >= 0.0);
+    volume.ok_or_else(|| "a volume in cubic world units, 0 or greater".into())
+}
+
+fn switch(value: &str) -> Result<bool, String> {
+    match value {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("on or off".into()),
+    }
+}
+
+/// What is to be done in all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Finishing {
+    /// For the mesh.
+    pub finish: Finish,
+    /// Whether smoothing goes by how crowded the particles are.
+    pub weighted: bool,
+}
+
+impl Finishing {
+    /// As typed.
+    pub fn new(smooth: Option<Smooth>, keep: Option<Keep>) -> Self {
+        let keep = keep.unwrap_or_default();
+        let Some(Smooth { iterations, strength, weights, snap, normals }) = smooth else {
+            return Self { finish: Finish { keep, ..Finish::default() }, weighted: false };
+        };
+        let smoothing = Some(Smoothing { iterations, strength });
+        Self { finish: Finish { keep, snap, smoothing, normals: Some(normals) }, weighted: weights && iterations > 0 }
+    }
+
+    /// For the output's header; `None` where nothing is done.
+    pub fn record(&self) -> Option<String> {
+        if self.finish.is_nothing() {
+            return None;
+        }
+        let Finish { keep, snap, smoothing, normals } = self.finish;
+        let on = |is_on| if is_on { "on" } else { "off" };
+        let mut words = vec!["finish".to_owned()];
+        if keep != Keep::default() {
+            words.push(format!("keep volume={} cavities={}", keep.min_volume, on(keep.cavities == Cavities::Keep)));
+            words.extend(keep.largest.map(|n| format!("largest={n}")));
+        }
+        if let Some(Smoothing { iterations, strength }) = smoothing {
+            words.push(format!(
+                "smooth iterations={iterations} strength={strength} weights={} snap={}",
+                on(self.weighted),
+                on(snap)
+            ));
+        }
+        words.extend(normals.map(|n| format!("normals={n}")));
+        Some(words.join(" "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_arrive_and_the_rest_is_the_default() {
+        assert_eq!(parse_smooth(""), Ok(Smooth::default()));
+        let smooth = parse_smooth("iterations=5, weights=off,snap=off,strength=0.5,normals=0").unwrap();
+        let found = Finishing::new(Some(smooth), Some(parse_keep("largest=2,volume=0.1,cavities=off").unwrap()));
+        let keep = Keep { largest: Some(2), min_volume: 0.1, cavities: Cavities::Fill };
+        let smoothing = Some(Smoothing { iterations: 5, strength: 0.5 });
+        assert_eq!(found.finish, Finish { keep, snap: false, smoothing, normals: Some(0) });
+        assert!(!found.weighted && found.record().is_some());
+        assert_eq!(Finishing::new(None, None), Finishing::default());
+        assert_eq!(Finishing::default().record(), None);
+    }
+
+    #[test]
+    fn what_means_nothing_is_told() {
+        for (text, told) in [
+            ("iteration=3", "there is no"),
+            ("iterations=-1", "whole number"),
+            ("snap", "KEY=VALUE"),
+            ("weights=1", "on or off"),
+        ] {
+            assert!(parse_smooth(text).unwrap_err().contains(told), "{text}");
+        }
+        assert!(parse_keep("volume=nan").is_err() && parse_keep("largest=x").is_err());
+    }
+}

@@ -1,0 +1,68 @@
+//! Any field behind one pointer: what is called once an octet, so that nothing else need know which field it is, and only the
+//! hot loops are compiled once for each.
+//!
+//! Source: this project.
+
+use super::{
+    points::{Interpolate, Normals, OctetVertices},
+    simd::{Fill, FillOctet},
+};
+use crate::{
+    Attribute,
+    field::{Bounds, Field},
+    math::simd::Unit,
+};
+
+/// A field whose type is forgotten.
+pub(crate) trait AnyField: Send + Sync {
+    /// See [`Field::iso`].
+    fn iso(&self) -> f32;
+
+    /// See [`Field::bounds`].
+    fn bounds(&self) -> Option<Bounds>;
+
+    /// Fills bricks of an octet.
+    fn fill(&self, unit: Unit, octet: FillOctet<'_>);
+
+    /// Writes unit normals of an octet's vertices.
+    fn normals(&self, unit: Unit, of: OctetVertices<'_>, columns: &[&[f32]], to: &mut [[f32; 3]]);
+
+    /// Writes an attribute of an octet's vertices.
+    fn interpolate(
+        &self,
+        unit: Unit,
+        of: OctetVertices<'_>,
+        columns: &[&[f32]],
+        attribute: &Attribute<'_>,
+        to: &mut [f32],
+    );
+}
+
+impl<F: Field> AnyField for F {
+    fn iso(&self) -> f32 {
+        Field::iso(self)
+    }
+
+    fn bounds(&self) -> Option<Bounds> {
+        Field::bounds(self)
+    }
+
+    fn fill(&self, unit: Unit, octet: FillOctet<'_>) {
+        unit.run(Fill { field: self, octet });
+    }
+
+    fn normals(&self, unit: Unit, of: OctetVertices<'_>, columns: &[&[f32]], to: &mut [[f32; 3]]) {
+        unit.run(Normals { of, field: self, columns, to });
+    }
+
+    fn interpolate(
+        &self,
+        unit: Unit,
+        of: OctetVertices<'_>,
+        columns: &[&[f32]],
+        attribute: &Attribute<'_>,
+        to: &mut [f32],
+    ) {
+        unit.run(Interpolate { of, field: self, columns, attribute, to });
+    }
+}

@@ -1,0 +1,205 @@
+use super::*;
+use crate::{Mesh, bricks::levels::Levels, mesh::Report};
+
+/// Any function of a node.
+struct Nodes<F>(F);
+
+impl<F: Fn(Coord) -> f32 + Sync> Source for Nodes<F> {
+    type Scratch = ();
+    type Corner = ();
+    type Vertex = ();
+
+    fn values(&self, _: &mut (), _: usize, grid: Grid, to: &mut [f32]) {
+        for (i, to) in to.iter_mut().enumerate() {
+            let pitch = grid.n + 1;
+            *to = self.0(grid.node([i % pitch, i / pitch % pitch, i / pitch / pitch]));
+        }
+    }
+
+    fn shade(&self, scratch: &mut (), block: usize, grid: Grid, _: &NodeSet, to: &mut Samples<()>) {
+        self.values(scratch, block, grid, &mut to.values[..grid.len()]);
+        for (i, to) in to.outward[..grid.len()].iter_mut().enumerate() {
+            let pitch = grid.n + 1;
+            let node = grid.node([i % pitch, i / pitch % pitch, i / pitch / pitch]);
+            *to = std::array::from_fn(|axis| {
+                let (mut low, mut high) = (node, node);
+                low[axis] -= 1;
+                high[axis] += 1;
+                self.0(low) - self.0(high)
+            });
+        }
+    }
+
+    fn mix(&self, _: [(); 2], _: f32) {}
+}
+
+/// Blocks with levels, and a field of whose nodes those greater than 0 are inside.
+fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mesh {
+    let mut surface = Surface::default();
+    (surface.rows.side, surface.rows.levels) = (side, levels);
+    let (mut pool, source) = (Vec::new(), Nodes(field));
+    fit_pool(&mut pool);
+    surface.count(&source, 0.0, &pool).expect("few vertices");
+    let all = 0..surface.blocks();
+    let (vertices, triangles) = (surface.vertices(&all).len(), surface.triangles(&all).len());
+    let mut mesh = Mesh {
+        vertices: vec![[f32::NAN; 3]; vertices],
+        normals: vec![[f32::NAN; 3]; vertices],
+        triangles: vec![[u32::MAX; 3]; triangles],
+        ..Mesh::default()
+    };
+    let place = Place { iso: 0.0, origin: [0; 3], spacing: 1.0 };
+    let to = Vertices { positions: &mut mesh.vertices, normals: Some(&mut mesh.normals), data: None };
+    surface.write_vertices(all.clone(), &source, place, &pool, to);
+    surface.write_triangles(all, &mut mesh.triangles);
+    mesh
+}
+
+#[track_caller]
+fn assert_closed(mesh: &Mesh, what: impl std::fmt::Debug) -> Report {
+    let report = Report::of(mesh);
+    assert!(report.closed_manifold(), "{what:?}: {report:?}");
+    assert_eq!((report.nan_vertices, report.unused_vertices), (0, 0), "{what:?}");
+    report
+}
+
+/// A hash of three numbers.
+fn hash(seed: u32, at: Coord) -> u32 {
+    at.iter().fold(seed ^ 0x9e37_79b9, |h, &v| {
+        let h = (h ^ v as u32).wrapping_mul(0x85eb_ca6b);
+        let h = (h ^ h >> 13).wrapping_mul(0xc2b2_ae35);
+        h ^ h >> 16
+    })
+}
+
+/// A random number in −1..1 for each node, the same at every level.
+fn noise(seed: u32) -> impl Fn(Coord) -> f32 + Sync {
+    move |node| hash(seed, node) as f32 / (1u32 << 31) as f32 - 1.0
+}
+
+/// Blocks of a cube.
+fn cube(side: i32) -> impl Iterator<Item = Coord> {
+    (0..side.pow(3)).map(move |i| [i % side, i / side % side, i / side / side])
+}
+
+fn levels(blocks: impl IntoIterator<Item = Coord>, coarsest: u8, wish: impl FnMut(Coord) -> u8) -> Levels {
+    let mut levels = Levels::default();
+    levels.list(blocks, coarsest, wish);
+    levels
+}
+
+/// A ball around the middle of `blocks` blocks of `side` cells: distance from its surface, positive inside.
+fn ball(side: usize, blocks: i32, radius: f32) -> impl Fn(Coord) -> f32 + Sync {
+    let middle = side as f32 * blocks as f32 / 2.0;
+    move |node| {
+        let d = node.map(|v| v as f32 - middle);
+        radius - (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt()
+    }
+}
+
+#[test]
+fn all_patterns_of_two_levels_around_a_corner_are_closed_whatever_the_signs() {
+    for pattern in 0..256u32 {
+        for seed in 0..4 {
+            let wish = |b: Coord| (pattern >> (b[0] + 2 * b[1] + 4 * b[2]) & 1) as u8;
+            // One coarse cell a block is the hardest: all its nodes are on the border.
+            let side = [2, 4, 6, 2][seed as usize];
+            assert_closed(&mesh(side, levels(cube(2), 1, wish), noise(seed + 4 * pattern)), (pattern, seed));
+        }
+    }
+}
+
+#[test]
+fn all_patterns_of_two_levels_around_a_corner_close_a_ball() {
+    for pattern in 0..256u32 {
+        let wish = |b: Coord| (pattern >> (b[0] + 2 * b[1] + 4 * b[2]) & 1) as u8;
+        let report = assert_closed(&mesh(16, levels(cube(2), 1, wish), ball(16, 2, 11.3)), pattern);
+        assert_eq!((report.components, report.euler_characteristic), (1, 2), "{pattern}");
+        let exact = 4.0 / 3.0 * std::f64::consts::PI * 11.3f64.powi(3);
+        // Chords of coarse cells lose 1.6 %, of fine ones 0.4 %.
+        let lost = 1.0 - report.signed_volume / exact;
+        assert!(lost > 0.003 && lost < 0.018, "{pattern}: {lost}");
+    }
+}
+
+#[test]
+fn random_levels_of_many_blocks_are_closed_whatever_the_signs() {
+    for seed in 0..60 {
+        let wish = |b: Coord| (hash(seed, b) >> 7 & 3) as u8;
+        let levels = levels(cube(4), 3, wish);
+        for block in 0..levels.len() {
+            for near in levels.near[block].iter().filter(|&&near| near != u32::MAX) {
+                assert!(levels.level[block].abs_diff(levels.level[*near as usize]) <= 1);
+            }
+        }
+        assert_closed(&mesh(8, levels, noise(seed)), seed);
+    }
+}
+
+#[test]
+fn every_block_around_one_may_be_finer_or_coarser() {
+    // The middle one at level 1, those around it at 0, 1, 2 at random: three levels meet it.
+    let mut seen = [[false; 27]; 3];
+    for seed in 0..80 {
+        let wish = |b: Coord| if b == [1; 3] { 1 } else { (hash(seed, b) >> 9) as u8 % 3 };
+        let levels = levels(cube(3), 2, wish);
+        for (block, at) in levels.at.iter().enumerate() {
+            seen[usize::from(levels.level[block])][(at[0] + 3 * at[1] + 9 * at[2]) as usize] = true;
+        }
+        assert_closed(&mesh(4, levels, noise(seed)), seed);
+    }
+    assert!(seen[0].iter().filter(|&&s| s).count() >= 26 && seen[1].iter().all(|&s| s), "{seen:?}");
+}
+
+#[test]
+fn blocks_that_are_absent_cut_the_surface_off_and_close_it() {
+    for seed in 0..40 {
+        let listed = cube(3).filter(|&b| hash(seed + 99, b) & 3 != 0);
+        let wish = |b: Coord| (hash(seed, b) >> 7 & 1) as u8;
+        assert_closed(&mesh(4, levels(listed, 1, wish), noise(seed)), seed);
+    }
+    let report = assert_closed(&mesh(8, levels(cube(2), 1, |b| b[0] as u8), |_| 1.0), "all inside");
+    assert_eq!(report.euler_characteristic, 2);
+    // A box whose edges are bevelled by a cell.
+    assert!(report.signed_volume > 0.95 * 4096.0 && report.signed_volume < 4096.0, "{}", report.signed_volume);
+}
+
+#[test]
+fn one_level_everywhere_is_marching_cubes_on_one_lattice() {
+    // The same surface whatever the blocks, and none of its vertices off a lattice edge.
+    let one = assert_closed(&mesh(32, levels(cube(1), 0, |_| 0), ball(32, 1, 11.3)), "one block");
+    for (side, level) in [(8, 0), (4, 0), (16, 0)] {
+        let mesh = mesh(side, levels(cube(32 / side as i32), level, |_| level), ball(32, 1, 11.3));
+        let many = assert_closed(&mesh, side);
+        assert_eq!((many.vertices, many.triangles), (one.vertices, one.triangles));
+        assert!((many.signed_volume - one.signed_volume).abs() < 1e-3);
+        for v in &mesh.vertices {
+            assert!(v.iter().filter(|x| x.fract() == 0.0).count() >= 2, "{v:?}");
+        }
+    }
+}
+
+#[test]
+fn planes_stay_planes_across_levels() {
+    // Vertices move along the surface only, so that a plane has no dent where levels meet.
+    for normal in [[1.0f32, 0.0, 0.0], [0.3, 0.9, 0.2], [1.0, 1.0, 1.0], [-0.2, 0.1, 0.97]] {
+        let length = normal.iter().map(|v| v * v).sum::<f32>().sqrt();
+        let height = move |p: [f32; 3]| (0..3).map(|a| (p[a] - 16.3) * normal[a] / length).sum::<f32>();
+        let wish = |b: Coord| u8::from((b[0] + b[1] + b[2]) % 2 == 0);
+        let mesh = mesh(8, levels(cube(4), 1, wish), move |n| -height(n.map(|v| v as f32)));
+        assert_closed(&mesh, normal);
+        let inner = |p: &&[f32; 3]| p.iter().all(|&v| v > 3.0 && v < 29.0);
+        let worst = mesh.vertices.iter().filter(inner).map(|&p| height(p).abs()).fold(0.0, f32::max);
+        assert!(worst < 1e-4, "{normal:?}: {worst}");
+    }
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads() {
+    let make = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| mesh(8, levels(cube(4), 2, |b| (hash(5, b) >> 7) as u8 % 3), noise(5)))
+    };
+    let one = make(1);
+    assert_eq!((make(2), make(5)), (one.clone(), one));
+}

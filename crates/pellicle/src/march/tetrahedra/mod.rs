@@ -1,0 +1,118 @@
+//! Marching tetrahedra on bricks of 4×4×4 cells, by bit masks and ranks, for any of three splits of space.
+//!
+//! ```text
+//! source     bricks of samples: a volume, a function, a sheared lattice            source, boxed, sheared
+//! signs      one u64 a brick and site                                              count
+//! snapped    (regularised only) nodes that are moved onto the surface              regular
+//! crossings  for each kind of edge: sets of its two ends, exclusive-or             count, splits
+//! number     first of the brick + crossings of lower kinds + rank among the bits   emit
+//! case       four bits of signs, four of snapped                                   tables
+//! ```
+//!
+//! As in marching cubes a vertex *is* a crossed edge and its number comes from counting, so that vertices are shared without a
+//! search; there are only more kinds of edges: 7, 6 or 14 in place of 3. A tetrahedron has no ambiguous case, so the
+//! surface is exactly that of the interpolant that is linear in each tetrahedron, closed and manifold whatever the samples.
+//!
+//! Bricks come in Morton order, vertices by kind of edge and cell, triangles by cell and tetrahedron.
+//!
+//! Source: Uralsky, Practical metaballs and implicit surfaces, 2006; counting before writing is this project's, see
+//! [`crate::march::cubes`].
+
+pub(crate) mod boxed;
+pub(crate) mod count;
+mod emit;
+pub(crate) mod regular;
+pub(crate) mod samples;
+pub(crate) mod sheared;
+pub(crate) mod source;
+mod splits;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use count::{Counted, Signs};
+use regular::{Moves, regularise};
+use source::Source;
+use splits::{BCC, FIVE, SIX};
+
+use crate::{Control, Error, Stage};
+
+/// Which split, and whether it is regularised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Five,
+    Six,
+    Bcc,
+    Regularised,
+}
+
+/// A counted surface of any split.
+pub(crate) enum Surface {
+    Five(Counted<1, 6, 5>),
+    Six(Counted<1, 7, 6>),
+    Bcc(Counted<2, 14, 12>, Moves),
+}
+
+/// Evaluates an expression with the counted surface, whatever its split.
+macro_rules! with_counted {
+    ($surface:expr, $counted:ident => $body:expr) => {
+        match $surface {
+            Surface::Five($counted) => $body,
+            Surface::Six($counted) => $body,
+            Surface::Bcc($counted, _) => $body,
+        }
+    };
+}
+
+impl Surface {
+    /// Reads and counts.
+    ///
+    /// # Errors
+    /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
+    pub(crate) fn new(source: &dyn Source, kind: Kind, control: &Control<'_>) -> Result<Self, Error> {
+        control.begin(Stage::Fill)?;
+        Ok(match kind {
+            Kind::Five => {
+                let signs = Signs::of(source, control);
+                control.begin(Stage::Count)?;
+                Self::Five(Counted::new(source, &FIVE, signs, control)?)
+            }
+            Kind::Six => {
+                let signs = Signs::of(source, control);
+                control.begin(Stage::Count)?;
+                Self::Six(Counted::new(source, &SIX, signs, control)?)
+            }
+            Kind::Bcc | Kind::Regularised => {
+                let mut signs = Signs::of(source, control);
+                control.begin(Stage::Count)?;
+                let moves = match kind {
+                    Kind::Regularised => regularise(source, &mut signs, control),
+                    _ => Moves::default(),
+                };
+                Self::Bcc(Counted::new(source, &BCC, signs, control)?, moves)
+            }
+        })
+    }
+
+    /// Number of vertices.
+    pub(crate) fn vertices(&self) -> usize {
+        with_counted!(self, counted => counted.vertices())
+    }
+
+    /// Number of triangles.
+    pub(crate) fn triangles(&self) -> usize {
+        with_counted!(self, counted => counted.triangles())
+    }
+
+    /// Writes all vertices, as offsets from the source's origin.
+    pub(crate) fn write_vertices(&self, source: &dyn Source, to: &mut [[f32; 3]]) {
+        let none = Moves::default();
+        let moves = if let Self::Bcc(_, moves) = self { moves } else { &none };
+        with_counted!(self, counted => counted.write_vertices(source, moves, to));
+    }
+
+    /// Writes all triangles.
+    pub(crate) fn write_triangles(&self, source: &dyn Source, to: &mut [[u32; 3]]) {
+        with_counted!(self, counted => counted.write_triangles(source, to));
+    }
+}

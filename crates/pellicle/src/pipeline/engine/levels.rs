@@ -1,0 +1,245 @@
+//! Road B with a cell size for each block: particles → blocks → levels → columns → cells and transition cells → sink.
+//!
+//! Vertices of a block may be those of blocks that come later, so all vertices go to the sink before all triangles; both in
+//! the order of blocks.
+
+use super::{
+    Blend, Engine, Frame, MOST_LEVELS, Metaball, Part, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
+};
+use crate::{
+    Error,
+    bricks::levels::ABSENT,
+    lattice::Coord,
+    lookup::columns::Room,
+    march::{
+        levels::{Columned, Place, Pool, Scratch, Surface, Vertices, fit_pool},
+        slices::{Lap, Seeds},
+    },
+};
+
+/// The part of the world that a block takes, in world units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Its lowest corner.
+    pub low: [f64; 3],
+    /// Its highest corner.
+    pub high: [f64; 3],
+}
+
+impl Region {
+    /// Distance of its nearest point from a point: 0 within.
+    pub fn distance(&self, from: [f64; 3]) -> f64 {
+        let beyond = |a: usize| (self.low[a] - from[a]).max(from[a] - self.high[a]).max(0.0);
+        (0..3).map(|a| beyond(a) * beyond(a)).sum::<f64>().sqrt()
+    }
+
+    /// A level by distance from an eye: 0 up to the distance `near`, and one more each time the distance doubles, so that a
+    /// cell looks about as large everywhere.
+    ///
+    /// ```
+    /// use pellicle::realtime::Region;
+    ///
+    /// let block = Region { low: [0.0; 3], high: [1.0; 3] };
+    /// let level = |x: f64| block.level_by_distance([x, 0.5, 0.5], 10.0);
+    /// assert_eq!([5.0, 12.0, 25.0, 60.0].map(level), [0, 1, 2, 3]);
+    /// ```
+    pub fn level_by_distance(&self, eye: [f64; 3], near: f64) -> u8 {
+        let distance = self.distance(eye);
+        (0..MOST_LEVELS as i32 - 1).take_while(|&level| distance > near * f64::from(1 << level)).count() as u8
+    }
+}
+
+/// What the engine keeps for levels.
+pub(super) struct Detail<K: Skin> {
+    surface: Surface,
+    pool: Pool<Scratch, K::Corner>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    data: Vec<K::Vertex>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl<K: Skin> Default for Detail<K> {
+    fn default() -> Self {
+        Self {
+            surface: Surface::default(),
+            pool: Vec::new(),
+            positions: Vec::new(),
+            normals: Vec::new(),
+            data: Vec::new(),
+            triangles: Vec::new(),
+        }
+    }
+}
+
+/// Which level a block shall have.
+pub(super) type Wish<'a> = &'a mut dyn FnMut(&Region) -> u8;
+
+impl<K: Skin> Engine<K> {
+    /// The coarsest level that blocks can have: their size must be a multiple of the coarsest cell.
+    pub fn coarsest_level(&self) -> u8 {
+        let size = self.params.block.iter().map(|n| n.trailing_zeros()).min().unwrap_or(0);
+        size.min(MOST_LEVELS as u32 - 1) as u8
+    }
+
+    /// As [`update`](Self::update), with a cell size for each block: `wish` is asked for the level of every block that
+    /// particles reach. At level 0 cells have the edge [`Params::spacing`](super::Params::spacing), at each further level
+    /// twice that, up to [`coarsest_level`](Self::coarsest_level). Levels of blocks that touch, if only in a corner, are
+    /// made to differ by one at most, by refining what is too coarse. The surface is closed, across levels, too.
+    ///
+    /// ```
+    /// use pellicle::{Mesh, realtime::{Engine, Params}};
+    ///
+    /// let mut engine = Engine::new(Params { block: [16; 3], ..Params::new(3.0, 0.25) })?;
+    /// let particles: Vec<[f32; 3]> = (0..40).map(|i| [i as f32 * 0.5, 0.0, 0.0]).collect();
+    /// let mut mesh = Mesh::default();
+    /// let eye = [0.0; 3];
+    /// let frame = engine.update_with_levels(&particles, |block| block.level_by_distance(eye, 3.0), &mut mesh)?;
+    /// assert!(frame.levels[0] > 0 && frame.levels[1] > 0);
+    /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`update`](Self::update); [`Error::Parameter`] for blocks that are not cubes, seeds from particles, a view and
+    /// reuse, which do not go with levels.
+    pub fn update_with_levels<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        mut wish: impl FnMut(&Region) -> u8,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        self.check_levels()?;
+        let particles = particles.into();
+        self.prepare(&particles, &mut |_| true)?;
+        let varied = particles.reaches.is_some() || particles.strengths.is_some();
+        if self.params.field == Metaball::Triquet && !varied {
+            return self.march_levels(&Radial::<_, false>(Triquet), &mut wish, sink);
+        }
+        self.march_levels(&Radial::<_, true>(self.falloff()), &mut wish, sink)
+    }
+
+    /// What does not go with levels.
+    fn check_levels(&self) -> Result<(), Error> {
+        let refuse = |name, value: f64, must| Err(Error::Parameter { name, value, must });
+        let [side, other, last] = self.params.block;
+        if side != other || side != last {
+            return refuse("block", if side == other { last } else { other } as f64, "a cube, with levels");
+        }
+        if self.params.seeds != Seeds::Complete {
+            return refuse("seeds", f64::NAN, "Seeds::Complete, with levels");
+        }
+        if self.params.reuse != Reuse::Off {
+            return refuse("reuse", f64::NAN, "Reuse::Off, with levels");
+        }
+        if self.view.is_some() {
+            return refuse("view", f64::NAN, "none, with levels: blocks have one order");
+        }
+        Ok(())
+    }
+
+    /// Lists the blocks with their levels.
+    fn choose(&mut self, wish: Wish<'_>) {
+        let side = self.params.block[0];
+        let (coarsest, spacing) = (self.coarsest_level(), self.params.spacing);
+        let place = |at: Coord| at.map(|v| f64::from(v) * side as f64 * spacing);
+        let rows = &mut self.detail.surface.rows;
+        rows.side = side;
+        let blocks = &self.blocks;
+        rows.levels.take(
+            blocks.blocks.iter().map(|block| {
+                let region = Region { low: place(block.at), high: place(block.at.map(|v| v + 1)) };
+                (block.at, blocks.around(block), wish(&region))
+            }),
+            coarsest,
+        );
+    }
+
+    /// The surface of the blocks, each at its level.
+    fn march_levels(
+        &mut self,
+        blend: &impl Blend,
+        wish: Wish<'_>,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        let mut lap = Lap::new(self.clock);
+        self.choose(wish);
+        let side = self.params.block[0];
+        let (shading, origin) = (self.shading(), self.origin([side as i32; 3]));
+        let scene = Scene {
+            blend,
+            skin: &self.skin,
+            iso: self.params.iso as f32,
+            seeds: self.params.seeds,
+            shading,
+            particles: &self.placed,
+            origin,
+            spacing: self.params.spacing,
+            axes: None,
+            clock: None,
+        };
+        let mut frame = Frame {
+            particles: self.placed.len(),
+            blocks: self.blocks.blocks.len(),
+            particle_bytes: self.placed.len() * size_of::<Placed>() + self.blocks.bytes(),
+            times: self.times,
+            ..Frame::default()
+        };
+        sink.begin(origin.map(|n| f64::from(n) * scene.spacing));
+        let Detail { surface, pool, positions, normals, data, triangles } = &mut self.detail;
+        fit_pool(pool);
+        let source = Columned { unit: self.unit, scene: &scene, blocks: &self.blocks };
+        surface.count(&source, scene.iso, pool)?;
+        let place = Place { iso: scene.iso, origin, spacing: scene.spacing };
+        let all = surface.blocks();
+        let batch = 8 * rayon::current_num_threads();
+        let batches = || (0..all).step_by(batch).map(|first| first..all.min(first + batch));
+        for blocks in batches() {
+            let range = surface.vertices(&blocks);
+            let (n, shaded) = (range.len(), |asked| if asked { range.len() } else { 0 });
+            positions.resize(n, [0.0; 3]);
+            normals.resize(shaded(shading.normals()), [0.0; 3]);
+            data.resize(shaded(shading.data()), K::Vertex::default());
+            let to = Vertices {
+                positions: &mut positions[..],
+                normals: shading.normals().then_some(&mut normals[..]),
+                data: shading.data().then_some(&mut data[..]),
+            };
+            surface.write_vertices(blocks, &source, place, pool, to);
+            let first_vertex = range.start;
+            sink.append(Part { first_vertex, first_triangle: 0, positions, normals, data, triangles: &[] });
+        }
+        frame.vertices = surface.vertices(&(0..all)).len();
+        for blocks in batches() {
+            let range = surface.triangles(&blocks);
+            triangles.resize(range.len(), [0; 3]);
+            surface.write_triangles(blocks, triangles);
+            let (first_vertex, first_triangle) = (frame.vertices, range.start);
+            sink.append(Part {
+                first_vertex,
+                first_triangle,
+                positions: &[],
+                normals: &[],
+                data: &[],
+                triangles: &triangles[..],
+            });
+        }
+        frame.triangles = surface.triangles(&(0..all)).len();
+        for level in &surface.rows.levels.level {
+            frame.levels[usize::from(*level)] += 1;
+        }
+        let works = || pool.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
+        let room = works().fold(Room::default(), |room, work| room.join(&work.scratch.room()));
+        for mut work in works() {
+            frame.counts.add(&std::mem::take(&mut work.scratch.counts));
+            work.provide(side);
+            work.scratch.provide(&room, side);
+        }
+        frame.seam_bytes = surface.bytes();
+        sink.end()?;
+        frame.times.surface = lap.next();
+        Ok(frame)
+    }
+}
+
+const _: () = assert!(ABSENT == crate::bricks::blocks::NOBODY, "neighbours are taken from blocks as they are");

@@ -1,0 +1,149 @@
+//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, normals last.
+//!
+//! Source: the order is splashsurf's, Löschner et al. 2023, section 5.
+
+use super::{
+    check,
+    components::{Dropped, Keep, keep},
+    normals,
+    smooth::{self, Smoothing},
+    snap,
+};
+use crate::{Control, Error, Mesh, mesh::stars::Stars};
+
+/// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Finish {
+    /// Which components stay. Default: all.
+    pub keep: Keep,
+    /// Whether vertices with the same nearest lattice node are merged. Default: no.
+    pub snap: bool,
+    /// How much is smoothed. Default: not at all.
+    pub smoothing: Option<Smoothing>,
+    /// Normals from the triangles, averaged so many times. Default: those that the mesh has, unless it is smoothed, when
+    /// those no longer fit and 0 is taken.
+    pub normals: Option<usize>,
+}
+
+impl Finish {
+    /// No slivers, 25 steps of smoothing, normals averaged 10 times: smooth water from a frame of SPH particles.
+    pub fn good_looking() -> Self {
+        Self { snap: true, smoothing: Some(Smoothing::default()), normals: Some(10), ..Self::default() }
+    }
+
+    /// Whether it does nothing.
+    pub fn is_nothing(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Bytes needed besides the mesh, at the most: stars, positions twice, and the mesh again where vertices are merged.
+    pub fn memory(&self, mesh: &Mesh) -> u64 {
+        let (v, t) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64);
+        let values: u64 = mesh.attributes.iter().map(|a| a.components as u64).sum();
+        let copy = (12 + 12 * u64::from(!mesh.normals.is_empty()) + 4 * values) * v + 12 * t;
+        let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
+        8 * v + 24 * t + (32 * v).max(again)
+    }
+
+    fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
+        if let Some(values) = crowding.filter(|values| values.len() != mesh.vertices.len()) {
+            return Err(Error::Length { what: "crowding".into(), found: values.len(), expected: mesh.vertices.len() });
+        }
+        if self.snap {
+            snap::check_spacing(spacing)?;
+        }
+        self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
+    }
+
+    /// Does it all. `spacing` is the lattice's; `crowding` is how crowded the particles are around each vertex, or `None`
+    /// to smooth everywhere alike.
+    ///
+    /// ```
+    /// # use pellicle::{Control, Params, post::Finish};
+    /// let params = Params::new(0.025);
+    /// let mut mesh = pellicle::reconstruct(&[[0.0f32; 3], [0.05, 0.0, 0.0]], &params)?;
+    /// Finish::good_looking().apply(&mut mesh, params.spacing(), None, &Control::default())?;
+    /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of the verbs, before anything is done; [`Error::Cancelled`], when the mesh may be half finished.
+    pub fn apply(
+        &self,
+        mesh: &mut Mesh,
+        spacing: f64,
+        crowding: Option<&[f32]>,
+        control: &Control<'_>,
+    ) -> Result<Dropped, Error> {
+        check(mesh)?;
+        self.check(mesh, spacing, crowding)?;
+        // The weights travel with the vertices while these are dropped and merged.
+        if let Some(values) = crowding {
+            let values = values.to_vec();
+            mesh.attributes.push(crate::VertexAttribute { name: String::new(), components: 1, values });
+        }
+        let dropped = if self.keep == Keep::default() { Dropped::default() } else { keep(mesh, &self.keep, control)? };
+        // Stars are large: one set of memory serves all verbs.
+        let mut stars = Stars::default();
+        if self.snap {
+            stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            snap::with_stars(mesh, &stars, spacing, control)?;
+        }
+        let crowding = crowding.and_then(|_| mesh.attributes.pop());
+        let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
+        let normals = self.normals.or(stale.then_some(0));
+        if self.smoothing.is_some() || normals.is_some() {
+            stars.rebuild(&mesh.triangles, mesh.vertices.len());
+        }
+        if let Some(smoothing) = &self.smoothing {
+            let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
+            smooth::with_stars(mesh, &stars, weights.as_deref(), smoothing, control)?;
+        }
+        if let Some(iterations) = normals {
+            normals::with_stars(mesh, &stars, iterations, control)?;
+        }
+        Ok(dropped)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Attribute, Params, Reconstructor, crowding, mesh::Report};
+
+    #[test]
+    fn spray_keeps_its_size_where_weights_are_given() {
+        let mut positions: Vec<[f32; 3]> =
+            (0..512).map(|i| [i % 8, i / 8 % 8, i / 64].map(|v| v as f32 * 0.05)).collect();
+        positions.push([1.0, 0.0, 0.0]);
+        let params = Params::new(0.025);
+        let control = Control::default();
+        let crowding = crowding((&positions).into(), params.support(), &control).unwrap();
+        let attributes = [Attribute::new("crowding", 1, &crowding)];
+        let mut reconstructor = Reconstructor::new();
+        let surface = reconstructor.extract((&positions).into(), &attributes, &params, &control).unwrap();
+        let mesh = surface.to_mesh().unwrap();
+        let drop_volume = |weighted: bool| {
+            let mut mesh = mesh.clone();
+            let crowding = mesh.attributes.pop().unwrap().values;
+            let finish = Finish::good_looking();
+            finish.apply(&mut mesh, params.spacing(), weighted.then_some(&crowding[..]), &control).unwrap();
+            assert!(Report::of(&mesh).closed_manifold() && mesh.normals.len() == mesh.vertices.len());
+            assert!(mesh.attributes.is_empty());
+            let drops = Keep { min_volume: 0.0, ..Keep::default() };
+            let mut small = mesh.clone();
+            keep(&mut small, &drops, &control).unwrap();
+            let all = Report::of(&mesh).signed_volume;
+            keep(&mut small, &Keep { largest: Some(1), ..drops }, &control).unwrap();
+            all - Report::of(&small).signed_volume
+        };
+        let (free, weighted) = (drop_volume(false), drop_volume(true));
+        let before = {
+            let mut large = mesh.clone();
+            keep(&mut large, &Keep { largest: Some(1), ..Keep::default() }, &control).unwrap();
+            Report::of(&mesh).signed_volume - Report::of(&large).signed_volume
+        };
+        assert!(free < 0.5 * before && weighted > 0.85 * before, "{free} {weighted} {before}");
+    }
+}

@@ -1,0 +1,121 @@
+//! The mesh that is left when vertices are merged or dropped.
+//!
+//! Source: this project.
+
+use rayon::prelude::*;
+
+use crate::{Mesh, VertexAttribute};
+
+/// No vertex: what it was is dropped.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Merges vertices: those with the same `target`, which is the lowest of them, become one in their middle, and what they
+/// carry becomes its mean; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
+/// What is left keeps its order.
+pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
+    let groups = Groups::of(target);
+    let mean = |values: &[f32], components: usize| groups.mean(values, components);
+    let triples = |values: &[[f32; 3]]| mean(values.as_flattened(), 3).as_chunks().0.to_vec();
+    let mut normals: Vec<[f32; 3]> = if mesh.normals.is_empty() { Vec::new() } else { triples(&mesh.normals) };
+    normals.par_iter_mut().for_each(|n| {
+        let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
+        if length > 0.0 {
+            *n = n.map(|x| x / length);
+        }
+    });
+    Mesh {
+        origin: mesh.origin,
+        vertices: triples(&mesh.vertices),
+        normals,
+        triangles: mesh.triangles.par_iter().filter_map(|t| groups.triangle(target, *t)).collect(),
+        attributes: mesh
+            .attributes
+            .iter()
+            .map(|VertexAttribute { name, components, values }| VertexAttribute {
+                name: name.clone(),
+                components: *components,
+                values: mean(values, *components),
+            })
+            .collect(),
+    }
+}
+
+/// Vertices that belong together, group after group, each in ascending order.
+pub(super) struct Groups {
+    /// The lowest member ──► its group.
+    number: Vec<u32>,
+    start: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Groups {
+    /// `target` names the lowest member of each vertex's group, or is [`NONE`].
+    pub(super) fn of(target: &[u32]) -> Self {
+        let mut number = vec![NONE; target.len()];
+        // Counts go two places ahead, so that the scatter turns `start[g + 1]` from g's beginning into its end.
+        let mut start = vec![0; 2];
+        for (v, &t) in target.iter().enumerate() {
+            if t == v as u32 {
+                number[v] = start.len() as u32 - 2;
+                start.push(0);
+            }
+            if t != NONE {
+                start[number[t as usize] as usize + 2] += 1;
+            }
+        }
+        for g in 2..start.len() {
+            start[g] += start[g - 1];
+        }
+        let mut members = vec![0; start[start.len() - 1] as usize];
+        for (v, &t) in target.iter().enumerate() {
+            if t != NONE {
+                let place = &mut start[number[t as usize] as usize + 1];
+                members[*place as usize] = v as u32;
+                *place += 1;
+            }
+        }
+        start.pop();
+        Self { number, start, members }
+    }
+
+    /// Number of groups.
+    pub(super) fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    /// The members of one group.
+    #[inline(always)]
+    pub(super) fn members(&self, group: usize) -> &[u32] {
+        &self.members[self.start[group] as usize..self.start[group + 1] as usize]
+    }
+
+    /// The members of the group whose lowest is given; `None` if it is no group's.
+    #[inline(always)]
+    pub(super) fn members_with(&self, lowest: u32) -> Option<&[u32]> {
+        let group = self.number[lowest as usize];
+        (group != NONE).then(|| self.members(group as usize))
+    }
+
+    fn mean(&self, values: &[f32], components: usize) -> Vec<f32> {
+        let mut to = vec![0.0; self.len() * components];
+        to.par_chunks_mut(components.max(1)).enumerate().for_each(|(g, to)| {
+            let members = self.members(g);
+            if let [one] = members {
+                to.copy_from_slice(&values[*one as usize * components..][..components]);
+                return;
+            }
+            for (c, to) in to.iter_mut().enumerate() {
+                let sum: f64 = members.iter().map(|&v| f64::from(values[v as usize * components + c])).sum();
+                *to = (sum / members.len() as f64) as f32;
+            }
+        });
+        to
+    }
+
+    #[inline(always)]
+    fn triangle(&self, target: &[u32], t: [u32; 3]) -> Option<[u32; 3]> {
+        let [a, b, c] = t.map(|v| target[v as usize]);
+        let is_left = a != b && b != c && c != a && a != NONE && b != NONE && c != NONE;
+        is_left.then(|| [a, b, c].map(|t| self.number[t as usize]))
+    }
+}

@@ -1,0 +1,226 @@
+//! Weighted Laplacian smoothing: bumps of the particles out, drops and thin features kept.
+//!
+//! Every vertex moves towards the mean of its neighbors, by a share that is 0 where particles are few (spray, thin films,
+//! which would shrink away) and 1 within a body of fluid:
+//!
+//! ```text
+//! n_i   = Σ_{j≠i} (1 − |x_i − x_j|²/h²)₊         how crowded particle i is      crowding()
+//! n(v)  = Σ V_i n_i W / Σ V_i W                  carried to the vertices as any attribute is
+//! u     = min(n(v)/13, 1),  w = 6u⁵ − 15u⁴ + 10u³                               weights()
+//! v    ← v + β w (mean of neighbors − v)         all at once, from the old positions   smooth()
+//! ```
+//!
+//! Positions are offsets from the mesh's origin, in `f32`, as the mesh holds them. Indices do not change, so a closed
+//! manifold stays one. Slivers become spikes: remove them first ([`snap`](super::snap)).
+//!
+//! Source: Löschner, Böttcher, Jeske, Bender, Weighted Laplacian Smoothing for Surface Reconstruction of Particle-based
+//! Fluids, 2023.
+
+use rayon::prelude::*;
+
+use super::check;
+use crate::{Control, Error, Mesh, mesh::stars::Stars};
+
+/// Vertices moved by one task.
+const CHUNK: usize = 1 << 12;
+
+/// How much is smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Smoothing {
+    /// How often every vertex moves. Default 25.
+    pub iterations: usize,
+    /// β: the share of the way to the mean of the neighbors where the weight is 1. 0 to 1, default 1.
+    pub strength: f32,
+}
+
+impl Default for Smoothing {
+    fn default() -> Self {
+        Self { iterations: 25, strength: 1.0 }
+    }
+}
+
+impl Smoothing {
+    pub(super) fn check(&self) -> Result<(), Error> {
+        if (0.0..=1.0).contains(&self.strength) {
+            return Ok(());
+        }
+        Err(Error::Parameter { name: "strength", value: self.strength.into(), must: "between 0 and 1" })
+    }
+}
+
+/// Feature weights from the crowding of the particles as it was carried to the vertices: 0 for a lone particle's, 1 from
+/// 13 on, smooth in between. What is not a number counts as 0.
+///
+/// ```
+/// assert_eq!(pellicle::post::smooth::weights(&[0.0, 6.5, 13.0, 40.0]), [0.0, 0.5, 1.0, 1.0]);
+/// ```
+pub fn weights(crowding: &[f32]) -> Vec<f32> {
+    /// Crowding of a full neighborhood. Löschner et al. 2023, section 4.
+    const FULL: f32 = 13.0;
+    let weight = |&n: &f32| {
+        let u = (n / FULL).clamp(0.0, 1.0);
+        if u.is_nan() { 0.0 } else { u * u * u * (u * (6.0 * u - 15.0) + 10.0) }
+    };
+    crowding.par_iter().map(weight).collect()
+}
+
+/// Moves the vertices; one weight each, or none for 1 everywhere. Normals are left as they are: they no longer fit, see
+/// [`normals`](super::normals).
+///
+/// ```
+/// # use pellicle::{Control, Params, post::smooth::{Smoothing, smooth}};
+/// let mut mesh = pellicle::reconstruct(&[[0.0f32; 3], [0.05, 0.0, 0.0]], &Params::new(0.025))?;
+/// let before = pellicle::mesh::Report::of(&mesh).area;
+/// smooth(&mut mesh, None, &Smoothing { iterations: 3, ..Smoothing::default() }, &Control::default())?;
+/// assert!(pellicle::mesh::Report::of(&mesh).area < before);
+/// # Ok::<(), pellicle::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::Parameter`] for a strength out of range, [`Error::Length`] when there is not one weight a vertex,
+/// [`Error::Count`] for an index that names no vertex, [`Error::Cancelled`]; the mesh is then as it was.
+pub fn smooth(
+    mesh: &mut Mesh,
+    weights: Option<&[f32]>,
+    smoothing: &Smoothing,
+    control: &Control<'_>,
+) -> Result<(), Error> {
+    smoothing.check()?;
+    check(mesh)?;
+    let n = mesh.vertices.len();
+    if let Some(weights) = weights.filter(|weights| weights.len() != n) {
+        return Err(Error::Length { what: "weights".into(), found: weights.len(), expected: n });
+    }
+    if smoothing.iterations == 0 {
+        return Ok(());
+    }
+    with_stars(mesh, &Stars::of(&mesh.triangles, n), weights, smoothing, control)
+}
+
+/// The same for a mesh whose stars are known.
+pub(super) fn with_stars(
+    mesh: &mut Mesh,
+    stars: &Stars,
+    weights: Option<&[f32]>,
+    smoothing: &Smoothing,
+    control: &Control<'_>,
+) -> Result<(), Error> {
+    // The share of each vertex travels with it, in the fourth place.
+    let share = |v: usize| {
+        let moves = !stars.corners(v).is_empty() && stars.is_closed(v);
+        if moves { smoothing.strength * weights.map_or(1.0, |weights| weights[v]) } else { 0.0 }
+    };
+    let place = |(v, &[x, y, z]): (usize, &[f32; 3])| [x, y, z, share(v)];
+    let mut from: Vec<[f32; 4]> = mesh.vertices.par_iter().enumerate().map(place).collect();
+    let mut to = from.clone();
+    for _ in 0..smoothing.iterations {
+        control.check()?;
+        to.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, to)| relax(stars, &from, chunk * CHUNK, to));
+        std::mem::swap(&mut from, &mut to);
+    }
+    mesh.vertices.par_iter_mut().zip(&from).for_each(|(vertex, &[x, y, z, _])| *vertex = [x, y, z]);
+    Ok(())
+}
+
+/// One step of the vertices from `first` on. The fourth place, the share, stays.
+fn relax(stars: &Stars, from: &[[f32; 4]], first: usize, to: &mut [[f32; 4]]) {
+    for (v, to) in (first..).zip(to) {
+        let here = from[v];
+        if here[3] == 0.0 {
+            continue;
+        }
+        let corners = stars.corners(v);
+        let mut sum = [0.0; 4];
+        for &[next, _] in corners {
+            let near = from[next as usize];
+            for a in 0..4 {
+                sum[a] += near[a];
+            }
+        }
+        let per = 1.0 / corners.len() as f32;
+        for a in 0..3 {
+            to[a] = here[a] + here[3] * (sum[a] * per - here[a]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Params, mesh::Report, reconstruct};
+
+    fn bumpy() -> Mesh {
+        let positions: Vec<[f32; 3]> = (0..216)
+            .map(|i| {
+                let jitter = (i * 37 % 11) as f32 * 0.002;
+                [i % 6, i / 6 % 6, i / 36].map(|v| v as f32 * 0.05 + jitter)
+            })
+            .collect();
+        reconstruct(&positions, &Params::new(0.025)).unwrap()
+    }
+
+    #[test]
+    fn keeps_a_closed_manifold_and_flattens_it() {
+        let mut mesh = bumpy();
+        let before = Report::of(&mesh);
+        smooth(&mut mesh, None, &Smoothing::default(), &Control::default()).unwrap();
+        let after = Report::of(&mesh);
+        assert!(after.closed_manifold() && after.euler_characteristic == before.euler_characteristic);
+        assert!(after.area < 0.95 * before.area && after.signed_volume > 0.8 * before.signed_volume);
+    }
+
+    #[test]
+    fn vertices_of_weight_zero_and_of_a_border_stay() {
+        let mut mesh = bumpy();
+        mesh.triangles.pop();
+        let border = mesh.triangles.clone();
+        let before = mesh.clone();
+        let weights: Vec<f32> = (0..mesh.vertices.len()).map(|v| (v % 2) as f32).collect();
+        smooth(&mut mesh, Some(&weights), &Smoothing { iterations: 2, strength: 0.5 }, &Control::default()).unwrap();
+        let stars = Stars::of(&border, mesh.vertices.len());
+        let mut moved = 0;
+        for v in 0..mesh.vertices.len() {
+            if v % 2 == 0 || !stars.is_closed(v) {
+                assert_eq!(mesh.vertices[v], before.vertices[v], "{v}");
+            }
+            moved += usize::from(mesh.vertices[v] != before.vertices[v]);
+        }
+        assert!(moved > mesh.vertices.len() / 3);
+        assert_eq!((0..mesh.vertices.len()).filter(|&v| !stars.is_closed(v)).count(), 3);
+    }
+
+    #[test]
+    fn one_step_is_the_formula_and_threads_do_not_show() {
+        let mesh = bumpy();
+        let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
+        let mut one = mesh.clone();
+        smooth(&mut one, None, &Smoothing { iterations: 1, strength: 0.25 }, &Control::default()).unwrap();
+        for (v, (new, old)) in one.vertices.iter().zip(&mesh.vertices).enumerate() {
+            for a in 0..3 {
+                let near = stars.corners(v).iter().map(|c| f64::from(mesh.vertices[c[0] as usize][a]));
+                let mean = near.clone().sum::<f64>() / near.count() as f64;
+                let want = f64::from(old[a]) + 0.25 * (mean - f64::from(old[a]));
+                assert!((f64::from(new[a]) - want).abs() < 1e-6);
+            }
+        }
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut mesh = mesh.clone();
+            pool.install(|| smooth(&mut mesh, None, &Smoothing::default(), &Control::default())).unwrap();
+            mesh
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn wrong_input_is_refused() {
+        let mut mesh = bumpy();
+        let go = |mesh: &mut Mesh, weights: Option<&[f32]>, strength| {
+            smooth(mesh, weights, &Smoothing { iterations: 1, strength }, &Control::default()).unwrap_err()
+        };
+        assert!(matches!(go(&mut mesh, None, f32::NAN), Error::Parameter { name: "strength", .. }));
+        assert!(matches!(go(&mut mesh, Some(&[1.0]), 1.0), Error::Length { found: 1, .. }));
+        mesh.triangles[0][1] = u32::MAX;
+        assert!(matches!(go(&mut mesh, None, 1.0), Error::Count { .. }));
+    }
+}
