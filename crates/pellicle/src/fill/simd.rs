@@ -125,8 +125,8 @@ fn proven_outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, first: 
     for plane in 0..4 {
         let at = plane_nodes(s, first, plane, step);
         let distance = |particle: usize| {
-            let d = [px, py, pz].map(|axis| s.splat(axis[particle]));
-            let d: [S::F; 3] = std::array::from_fn(|a| s.sub(at[a], d[a]));
+            let to = |a: usize, axis: &[f32]| s.sub(at[a], s.splat(axis[particle]));
+            let d = [to(0, px), to(1, py), to(2, pz)];
             (d, s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2])))
         };
         let mut sums = field.zero(s);
