@@ -16,7 +16,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
-pub use mesh::{BandArg, MeshArgs, Switch};
+pub use mesh::{BandArg, CellArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
 pub use sequence::{FrameArgs, WatchArgs};
 
