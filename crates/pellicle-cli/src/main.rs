@@ -26,6 +26,7 @@ mod spray;
 mod surface;
 mod target;
 mod values;
+mod volume;
 mod watch;
 
 use std::process::ExitCode;
@@ -46,6 +47,7 @@ fn main() -> ExitCode {
     let console = Console::new(cli.verb.name(), cli.verb.talk());
     let result = match &cli.verb {
         Verb::Mesh(args) => commands::mesh::run(args, &console),
+        Verb::Contour(args) => commands::contour::run(args, &console),
         Verb::Convert(args) => commands::convert::run(args, &console),
         Verb::Info(args) => commands::info::run(args, &console),
         Verb::Check(args) => commands::check::run(args, &console),

@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use pellicle_io::AttributeChoice;
+use pellicle_io::{AttributeChoice, SampleType};
 
 /// Which attributes to carry to the surface: `all`, `none`, or names separated by commas.
 pub fn parse_attributes(text: &str) -> Result<AttributeChoice, String> {
@@ -63,6 +63,50 @@ pub fn parse_pixels(text: &str) -> Result<(u32, u32), String> {
 /// A point, as three finite numbers separated by commas.
 pub fn parse_point(text: &str) -> Result<[f64; 3], String> {
     parse_numbers(text).ok_or_else(|| "must be three finite numbers separated by commas, such as 1,2.5,-3".into())
+}
+
+/// An isovalue, with the text that names its file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IsoValue {
+    /// As typed.
+    pub text: String,
+    /// Finite.
+    pub value: f64,
+}
+
+/// Isovalues, no two of them equal.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct IsoValues(pub Vec<IsoValue>);
+
+/// Finite numbers between commas, whose texts are kept.
+pub fn parse_isos(text: &str) -> Result<IsoValues, String> {
+    let mut isos: Vec<IsoValue> = Vec::new();
+    for text in text.split(',').map(str::trim) {
+        let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite()) else {
+            return Err("must be a finite number, or several with commas between them, such as 300 or 0.25,0.5".into());
+        };
+        if isos.iter().any(|iso| iso.value == value) {
+            return Err(format!("{text} is named twice"));
+        }
+        isos.push(IsoValue { text: text.to_owned(), value });
+    }
+    Ok(IsoValues(isos))
+}
+
+/// Samples along x, y and z, and numbers per sample.
+pub fn parse_dims(text: &str) -> Result<[u64; 4], String> {
+    let numbers: Option<Vec<u64>> = text.split(',').map(|n| n.trim().parse().ok().filter(|&n| n > 0)).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok([x, y, z, 1]),
+        Some(&[x, y, z, n]) if n <= 4096 => Ok([x, y, z, n]),
+        _ => Err("must be three counts of samples, such as 512,512,300, and of numbers per sample, up to 4096".into()),
+    }
+}
+
+/// A type of numbers.
+pub fn parse_sample_type(text: &str) -> Result<SampleType, String> {
+    SampleType::by_name(text.trim())
+        .ok_or_else(|| "must be one of i8, u8, i16, u16, i32, u32, i64, u64, f16, f32 and f64".into())
 }
 
 /// The ends of a range, as two finite numbers separated by a comma, the lower one first.
@@ -258,6 +302,22 @@ mod tests {
         for text in ["1,1", "2,1", "inf,1", "1"] {
             assert!(parse_range(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn isovalues_keep_their_text_and_dims_their_components() {
+        let iso = |text: &str, value| IsoValue { text: text.into(), value };
+        assert_eq!(parse_isos(" -1.50, 2"), Ok(IsoValues(vec![iso("-1.50", -1.5), iso("2", 2.0)])));
+        for text in ["nan", "1e999", "", "1,", "1,1.0"] {
+            assert!(parse_isos(text).is_err(), "{text}");
+        }
+        assert_eq!(parse_dims("5, 4,3"), Ok([5, 4, 3, 1]));
+        assert_eq!(parse_dims("5,4,3,2"), Ok([5, 4, 3, 2]));
+        for text in ["5,4", "5,4,0", "5,4,-3", "5,4,3,9999", "5,4,3,2,1", "1e3,4,3"] {
+            assert!(parse_dims(text).is_err(), "{text}");
+        }
+        assert_eq!(parse_sample_type("u16"), Ok(SampleType::U16));
+        assert!(parse_sample_type("float").is_err());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Files in and out.
 //!
-//! [`read_particles`] reads a particle file, [`read_mesh`] a mesh; [`write_mesh`] writes a mesh, and [`PlyFile`] lets
+//! [`read_particles`] reads a particle file, [`read_mesh`] a mesh, [`read_volume`] a volume; [`write_mesh`] writes a mesh, and [`PlyFile`] lets
 //! several threads write one while it is being made. A file appears whole or not at all.
 //!
 //! ```
@@ -45,6 +45,7 @@ mod rows;
 mod scalar;
 mod source;
 mod table;
+mod volumes;
 
 pub use content::{Content, read_content};
 pub use error::{Error, Place, printable};
@@ -58,4 +59,8 @@ pub use output::Written;
 pub use particles::{
     AttributeChoice, AttributeValues, ParticleAttribute, Particles, PositionData, PvdEntry, RawType, ReadOptions,
     read_particles, read_pvd, write_particles,
+};
+pub use volumes::{
+    Axes, Grid, Order, Placement, RawVolume, SampleType, Samples, Scaling, VolumeArray, VolumeData, VolumeFile,
+    VolumeHeader, VolumeOptions, holds_volume, open_volume, read_volume,
 };

@@ -139,6 +139,7 @@ pub(crate) trait Sample: Copy {
     fn read(bytes: &[u8], endian: Endian) -> Self;
     fn to_i32(self) -> i32;
     fn to_i64(self) -> i64;
+    fn to_u64(self) -> u64;
     fn to_f32(self) -> f32;
     fn to_f64(self) -> f64;
 }
@@ -156,6 +157,10 @@ impl Sample for half::f16 {
     #[inline(always)]
     fn to_i64(self) -> i64 {
         f32::from(self) as i64
+    }
+    #[inline(always)]
+    fn to_u64(self) -> u64 {
+        f32::from(self) as u64
     }
     #[inline(always)]
     fn to_f32(self) -> f32 {
@@ -185,6 +190,8 @@ macro_rules! sample {
             #[inline(always)]
             fn to_i64(self) -> i64 { $to_i64(self) }
             #[inline(always)]
+            fn to_u64(self) -> u64 { self as u64 }
+            #[inline(always)]
             fn to_f32(self) -> f32 { self as f32 }
             #[inline(always)]
             fn to_f64(self) -> f64 { self as f64 }
@@ -199,10 +206,12 @@ macro_rules! target {
     ($($t:ty: $convert:ident),*) => {$(
         impl Target for $t {
             #[inline(always)]
-            fn from_sample<S: Sample>(sample: S) -> Self { sample.$convert() }
+            fn from_sample<S: Sample>(sample: S) -> Self { sample.$convert() as $t }
         }
     )*};
 }
+// The narrow ones are exact for samples of their own type, and are used for no other.
+target!(i8: to_i32, u8: to_i32, i16: to_i32, u16: to_i32, u32: to_i64, u64: to_u64);
 target!(i32: to_i32, i64: to_i64, f32: to_f32, f64: to_f64);
 
 /// Decodes `fields` of every record into `out`, which holds `fields.len()` numbers per record.

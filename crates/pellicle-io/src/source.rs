@@ -121,6 +121,11 @@ impl<'a> Source<'a> {
         Source::new(path, Input::Stream(Box::new(stream)), 0, limit, true)
     }
 
+    /// Bytes that follow each other in several files, `len` in all; places are told as if they were one file.
+    pub(crate) fn joined(path: &Path, stream: impl Read + 'a, len: u64) -> Source<'a> {
+        Source::new(path, Input::Stream(Box::new(stream)), 0, len, false)
+    }
+
     fn new(path: &Path, input: Input<'a>, offset: u64, limit: u64, is_inflating: bool) -> Source<'a> {
         let buffer = vec![0; CAPACITY];
         Source {

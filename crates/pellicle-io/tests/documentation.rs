@@ -17,20 +17,21 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
 }
 
-/// The four directions, and whether a format goes there.
-fn directions(format: &FormatInfo) -> [(&'static str, bool); 4] {
+/// The directions, and whether a format goes there.
+fn directions(format: &FormatInfo) -> [(&'static str, bool); 5] {
     [
         ("particles in", format.reads_particles),
         ("particles out", format.writes_particles),
         ("mesh in", format.reads_meshes),
         ("mesh out", format.writes_meshes),
+        ("volume in", format.reads_volumes),
     ]
 }
 
 fn tables(witnesses: &str) -> String {
     let rows: Vec<Vec<&str>> = witnesses.lines().map(|line| line.split('\t').collect()).collect();
     let mut text = String::from(
-        "\n| format | extensions | particles in | particles out | mesh in | mesh out |\n|---|---|---|---|---|---|\n",
+        "\n| format | extensions | particles in | particles out | mesh in | mesh out | volume in |\n|---|---|---|---|---|---|---|\n",
     );
     for format in formats() {
         let extensions: Vec<String> = format.extensions.iter().map(|e| format!("`.{e}`")).collect();
@@ -38,7 +39,7 @@ fn tables(witnesses: &str) -> String {
         let _ = writeln!(text, "| {} | {} | {} |", format.name, extensions.join(" "), cells.join(" | "));
     }
     text.push_str(
-        "\n| format | direction | judged by | besides positions and triangles | result |\n|---|---|---|---|---|\n",
+        "\n| format | direction | judged by | besides positions, triangles and samples | result |\n|---|---|---|---|---|\n",
     );
     for format in formats() {
         for (direction, _) in directions(&format).into_iter().filter(|d| d.1) {

@@ -129,12 +129,12 @@ fn damaged_files_are_read_without_a_panic_a_long_wait_or_much_memory() {
     println!("{count} files, {} ways through the readers, {:.1?}", known.len(), start.elapsed());
 }
 
-/// What came of the file as particles and as a mesh: the beginning of each message, without what differs from file to
+/// What came of the file as particles, as a mesh and as a volume: the beginning of each message, without what differs from file to
 /// file, numbers and quotations.
 fn outline(words: &str) -> String {
     const LENGTH: usize = 60;
     let mut outline = String::new();
-    for line in words.lines().take(2) {
+    for line in words.lines().take(3) {
         let (mut is_quoted, mut last, mut length) = (false, ' ', 0);
         for c in line.chars() {
             // An apostrophe stands behind a letter.

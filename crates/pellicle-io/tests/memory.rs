@@ -6,7 +6,7 @@ mod common;
 use std::io::Write;
 
 use common::{Folder, peak, read};
-use pellicle_io::read_mesh;
+use pellicle_io::{VolumeOptions, read_mesh, read_volume};
 
 #[test]
 fn lying_headers_and_bombs_cost_no_memory() {
@@ -106,6 +106,68 @@ fn lying_headers_and_bombs_cost_no_memory() {
         let grown = peak() - before;
         assert!(grown < 100 << 20, "{name}: {} MiB", grown >> 20);
     }
+    for (name, bytes) in volume_bombs() {
+        let path = folder.write(name, bytes);
+        assert!(read_volume(&path, &VolumeOptions::default()).is_err(), "{name}");
+        let grown = peak() - before;
+        assert!(grown < 100 << 20, "{name}: {} MiB", grown >> 20);
+    }
+}
+
+/// Volumes of which nothing or next to nothing is there, and of zeros that were compressed a thousandfold.
+fn volume_bombs() -> Vec<(&'static str, Vec<u8>)> {
+    let zeros = vec![0u8; 1 << 20];
+    let packed = |head: &[u8], is_gzip: bool| {
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        let mut zlib = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+        let out: &mut dyn Write = if is_gzip { &mut gzip } else { &mut zlib };
+        out.write_all(head).expect("in memory");
+        (0..400).for_each(|_| out.write_all(&zeros).expect("in memory"));
+        if is_gzip { gzip.finish().expect("in memory") } else { zlib.finish().expect("in memory") }
+    };
+    let nii = |dims: [i16; 3], kind: i16| {
+        let mut head = vec![0; 352];
+        head[..4].copy_from_slice(&348i32.to_le_bytes());
+        for (i, n) in [3, dims[0], dims[1], dims[2]].into_iter().enumerate() {
+            head[40 + 2 * i..42 + 2 * i].copy_from_slice(&n.to_le_bytes());
+        }
+        head[70..72].copy_from_slice(&kind.to_le_bytes());
+        head[108..112].copy_from_slice(&352f32.to_le_bytes());
+        head[344..348].copy_from_slice(b"n+1\0");
+        head
+    };
+    let mha = |more: &str| {
+        format!("NDims = 3\nDimSize = 1000 1000 400\nElementType = MET_UCHAR\n{more}ElementDataFile = LOCAL\n")
+    };
+    let nrrd = |encoding: &str| {
+        format!("NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1000 1000 400\nencoding: {encoding}\n\n").into_bytes()
+    };
+    let extent = "0 999 0 999 0 399";
+    let vti = |pieces: &str| {
+        let head = "<VTKFile type=\"ImageData\" header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">";
+        format!("{head}<ImageData WholeExtent=\"{extent}\">{pieces}</ImageData></VTKFile>").into_bytes()
+    };
+    let array = "<PointData><DataArray type=\"UInt8\" Name=\"a\" format=\"ascii\">1 2 3</DataArray></PointData>";
+    let npy = "{'descr': '<f8', 'fortran_order': False, 'shape': (2000, 2000, 2000), }\n";
+    let zipped = |first: &[u8], rest: Vec<u8>| [first.to_vec(), rest].concat();
+    vec![
+        ("a.nii", nii([32767; 3], 64)),
+        ("b.nii.gz", packed(&nii([1000, 1000, 400], 2), true)),
+        ("a.mha", mha("").into_bytes()),
+        ("b.mha", zipped(mha("CompressedData = True\n").as_bytes(), packed(&[], false))),
+        ("c.mha", mha("BinaryData = False\n").into_bytes()),
+        ("a.nrrd", nrrd("raw")),
+        ("b.nrrd", zipped(&nrrd("gzip"), packed(&[], true))),
+        ("a.vti", vti(&format!("<Piece Extent=\"{extent}\">{array}</Piece>"))),
+        ("b.vti", vti(&format!("<Piece Extent=\"0 1 0 1 0 1\">{array}</Piece>"))),
+        ("a.npy", [b"\x93NUMPY\x01\0".as_slice(), &(npy.len() as u16).to_le_bytes(), npy.as_bytes()].concat()),
+        (
+            "a.vtk",
+            b"# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2000 2000 2000\nPOINT_DATA 8000000000\n\
+              SCALARS a double\nLOOKUP_TABLE default\n"
+                .to_vec(),
+        ),
+    ]
 }
 
 /// VTK XML files that announce much, in blocks that hold nothing or much more than they should.

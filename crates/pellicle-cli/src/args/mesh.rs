@@ -82,14 +82,14 @@ pub struct SurfaceArgs {
     /// Particle radius, half the spacing at rest [default: inferred]
     #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
-    /// Scalar field, with :KEY=VALUE,...; see pellicle fields [default: sph]
+    /// Scalar field; pellicle fields lists them [default: sph]
     #[arg(long, value_name = "FIELD")]
     pub field: Option<String>,
-    /// Smoothing length in radii; larger is smoother [default: the field's; sph 2]
+    /// Smoothing length; larger is smoother [default: the field's; sph 2]
     #[arg(short = 'l', long)]
     #[arg(value_name = "RADII", value_parser = parse_positive)]
     pub smoothing_length: Option<f64>,
-    /// Edge of a lattice cell in radii; half: 4 times the faces
+    /// Edge of a lattice cell; half gives 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,

@@ -4,28 +4,35 @@
 //! makes it a usage error with exit code 2. Radii, factors and the threshold are named as in splashsurf, whose long names
 //! work as hidden aliases, so that its users can switch.
 
+mod contour;
 mod convert;
 mod input;
 mod mesh;
 mod render;
 mod sequence;
+mod volume;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use crate::values::parse_pixels;
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use contour::ContourArgs;
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
 pub use mesh::{BandArg, CellArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
 pub use sequence::{FrameArgs, WatchArgs};
+pub use volume::{EndianArg, VolumeArgs};
 
-/// Particles to surface meshes: fast, exact, in bounded memory, the same bytes every time.
+/// Particles and volumes to surface meshes: fast, exact, in bounded memory, the same bytes every time.
 #[derive(Debug, Parser)]
 #[command(name = "pellicle", version, arg_required_else_help = true, disable_help_subcommand = true)]
 #[command(
     after_help = "Start with:  pellicle demo            make a splash and its surface, no data needed\n             \
 pellicle mesh FRAME.vtk  your particles to FRAME.ply\n             \
+pellicle info SCAN.nii   a volume, with an isovalue to try\n             \
 pellicle VERB --help     every option with its default and unit\n\n\
 Exit codes:  0 done, 1 work failed, 2 wrong usage, 130 interrupted"
 )]
@@ -40,9 +47,11 @@ pub struct Cli {
 pub enum Verb {
     /// Particles to a closed triangle mesh
     Mesh(Box<MeshArgs>),
+    /// Volumes to triangle meshes: the surface where values pass an isovalue
+    Contour(Box<ContourArgs>),
     /// Particles or meshes to another format
     Convert(Box<ConvertArgs>),
-    /// What is in a particle or mesh file
+    /// What is in a particle, mesh or volume file
     Info(InfoArgs),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
     Check(CheckArgs),
@@ -65,6 +74,7 @@ impl Verb {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Mesh(_) => "mesh",
+            Self::Contour(_) => "contour",
             Self::Convert(_) => "convert",
             Self::Info(_) => "info",
             Self::Check(_) => "check",
@@ -81,6 +91,7 @@ impl Verb {
     pub fn talk(&self) -> Talk {
         let (talk, verbose) = match self {
             Self::Mesh(args) => (&args.talk, args.more.verbose),
+            Self::Contour(args) => (&args.talk, args.more.verbose),
             Self::Convert(args) => (&args.talk, args.more.verbose),
             Self::Info(args) => (&args.talk, false),
             Self::Formats(args) => (&args.talk, false),
@@ -182,12 +193,15 @@ pub struct ConfigArgs {
 #[derive(Debug, Args)]
 #[command(disable_help_flag = true)]
 pub struct InfoArgs {
-    /// Particle or mesh file
+    /// Particle, mesh or volume file
     #[arg(value_name = "FILE")]
     pub input: PathBuf,
     /// Which particles.
     #[command(flatten)]
     pub from: InputArgs,
+    /// How to read a volume.
+    #[command(flatten)]
+    pub volume: VolumeArgs,
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,
@@ -218,12 +232,20 @@ pub struct CheckArgs {
 }
 
 /// What `demo` shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum DemoArg {
     /// A splash of particles and its surface
     Splash,
     /// Inverse-square metaballs by tetrahedra, in object, view and post-projection space, and with noise
     Metaballs,
+    /// Frame by frame: a jet of water, up to 3000 particles
+    Fountain,
+    /// Frame by frame: 100 particles that stretch, part and meet
+    Blob,
+    /// Frame by frame: 1000 particles that fly apart
+    Explosion,
+    /// Frame by frame: 250 particles with tentacles and a hide
+    Monster,
 }
 
 /// `demo`.
@@ -233,7 +255,13 @@ pub struct DemoArgs {
     /// What to show
     #[arg(value_name = "WHAT", default_value = "splash")]
     pub what: DemoArg,
-    /// Folder for the files, demo.ply and others, or metaballs.ply and others; it must exist
+    /// Pictures of what moves frame by frame, WHAT_0000.png and on, spread over its 300 frames
+    #[arg(long, value_name = "N", default_value = "60")]
+    pub frames: NonZeroUsize,
+    /// Width and height of these pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "960x720", value_parser = parse_pixels)]
+    pub size: (u32, u32),
+    /// Folder for the files: demo.ply and others, metaballs.ply and others, or pictures; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

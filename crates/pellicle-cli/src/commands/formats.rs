@@ -9,13 +9,14 @@ use crate::failure::Failure;
 
 /// Runs the verb.
 pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
-    console.say(format_args!("{:<28}{:<12}{:<12}extensions", "format", "particles", "meshes"));
-    for FormatInfo { name, extensions, reads_particles, writes_particles, reads_meshes, writes_meshes, .. } in formats()
-    {
-        let particles = ways(reads_particles, writes_particles);
-        let meshes = ways(reads_meshes, writes_meshes);
+    console.say(format_args!("{:<28}{:<12}{:<12}{:<10}extensions", "format", "particles", "meshes", "volumes"));
+    for info in formats() {
+        let FormatInfo { name, extensions, .. } = info;
+        let particles = ways(info.reads_particles, info.writes_particles);
+        let meshes = ways(info.reads_meshes, info.writes_meshes);
+        let volumes = ways(info.reads_volumes, false);
         let extensions: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
-        console.say(format_args!("{name:<28}{particles:<12}{meshes:<12}{}", extensions.join(" ")));
+        console.say(format_args!("{name:<28}{particles:<12}{meshes:<12}{volumes:<10}{}", extensions.join(" ")));
     }
     console.say("\nA .pvd is written for a sequence, with its frames as .vtp: pellicle mesh f_####.vtk -o name.pvd");
     console.say("Text, dumps and JSON may be gzipped. Which foreign programs agree: docs/src/formats.md");
@@ -28,6 +29,7 @@ pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
                 "writes_particles": info.writes_particles,
                 "reads_meshes": info.reads_meshes,
                 "writes_meshes": info.writes_meshes,
+                "reads_volumes": info.reads_volumes,
             })
         };
         json!({"formats": formats().map(entry).collect::<Vec<_>>()})

@@ -1,9 +1,9 @@
-//! `info FILE`: what a particle or mesh file holds, and what to type next.
+//! `info FILE`: what a particle, mesh or volume file holds, and what to type next.
 
 use std::path::Path;
 
 use pellicle::{Mesh, infer_radius};
-use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, read_content};
+use pellicle_io::{AttributeChoice, AttributeValues, Particles, PositionData, holds_volume, read_content};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
@@ -17,6 +17,12 @@ use crate::values::{show_argument, show_many, show_number, show_vertices};
 /// Runs the verb.
 pub fn run(args: &InfoArgs, console: &Console) -> Result<(), Failure> {
     let path = &args.input;
+    if args.volume.dims.is_some() || holds_volume(path)? {
+        return super::info_volume::run(args, console);
+    }
+    if let Some(option) = args.volume.given() {
+        return Err(Failure::Usage(format!("{option}: {} does not hold a volume", path.display())));
+    }
     let (read, choice) = selection(&args.from, AttributeChoice::All, Invalid::Keep)?;
     let info = machine::thread_pool(machine::default_threads())?.install(|| -> Result<_, Failure> {
         Ok(match read_content(path, &read)? {
@@ -195,7 +201,7 @@ fn is_finite(p: &[f64; 3]) -> bool {
     p.iter().all(|x| x.is_finite())
 }
 
-fn show_point(p: [f64; 3]) -> String {
+pub fn show_point(p: [f64; 3]) -> String {
     format!("({}, {}, {})", show_number(p[0]), show_number(p[1]), show_number(p[2]))
 }
 

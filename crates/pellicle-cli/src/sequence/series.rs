@@ -7,6 +7,8 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use pellicle_io::FormatInfo;
+
 use crate::failure::Failure;
 
 use super::gaps::span_text;
@@ -37,13 +39,16 @@ pub struct Sorted {
 
 /// Whether the name's extension is one that particles are read from.
 fn is_readable(name: &str) -> bool {
-    extension(name).is_some()
+    let of_particles = |format: &FormatInfo| format.reads_particles;
+    let mut known = pellicle_io::formats().filter(of_particles).flat_map(|format| format.extensions);
+    extension(name).is_some_and(|found| known.any(|e| *e == found))
 }
 
-/// The longest extension of a particle format that the name has, without its dot.
+/// The longest extension of a format of particles or volumes that the name has, without its dot.
 fn extension(name: &str) -> Option<&'static str> {
     let lower = name.to_ascii_lowercase();
-    let known = pellicle_io::formats().filter(|format| format.reads_particles).flat_map(|format| format.extensions);
+    let is_read = |format: &FormatInfo| format.reads_particles || format.reads_volumes;
+    let known = pellicle_io::formats().filter(is_read).flat_map(|format| format.extensions);
     let has = |e: &&&str| lower.strip_suffix(**e).is_some_and(|stem| stem.ends_with('.') && stem.len() > 1);
     known.filter(has).max_by_key(|e| e.len()).copied()
 }

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::meshes::{self, WriteOptions};
 use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
+use crate::volumes::{self, VolumeFile, VolumeOptions};
 
 /// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -50,10 +51,19 @@ pub enum Format {
     Stl,
     /// Binary glTF.
     Glb,
+    /// VTK XML, image.
+    Vti,
+    /// MetaImage.
+    MetaImage,
+    /// Nearly raw raster data.
+    Nrrd,
+    /// Scans of the neuroimaging initiative.
+    Nifti,
 }
 
 pub(crate) type ReadParticles = fn(&Path, &ReadOptions) -> Result<Particles, Error>;
 pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<Written, Error>;
+pub(crate) type OpenVolume = fn(&Path, &VolumeOptions) -> Result<VolumeFile, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
 pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
 
@@ -68,6 +78,7 @@ pub(crate) struct Row {
     pub(crate) write_particles: Option<WriteParticles>,
     pub(crate) read_mesh: Option<ReadMesh>,
     pub(crate) write_mesh: Option<WriteMesh>,
+    pub(crate) open_volume: Option<OpenVolume>,
 }
 
 pub(crate) static CATALOG: &[Row] = &[
@@ -79,6 +90,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_ply::write),
         read_mesh: Some(meshes::read_ply::read),
         write_mesh: Some(meshes::write_ply::write),
+        open_volume: None,
     },
     Row {
         format: Format::Bgeo,
@@ -88,6 +100,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_bgeo::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Vtk,
@@ -97,6 +110,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtk::write_particles),
         read_mesh: Some(meshes::read_vtk::read),
         write_mesh: Some(meshes::write_vtk::write),
+        open_volume: Some(volumes::vtk::open),
     },
     Row {
         format: Format::Vtu,
@@ -106,6 +120,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtu_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtu),
+        open_volume: None,
     },
     Row {
         format: Format::Vtp,
@@ -115,6 +130,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtp_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtp),
+        open_volume: None,
     },
     Row {
         format: Format::Pvd,
@@ -124,6 +140,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::RawXyz,
@@ -133,6 +150,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: Some(volumes::raw::open_untold),
     },
     Row {
         format: Format::TextXyz,
@@ -142,6 +160,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_text_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::LammpsDump,
@@ -151,6 +170,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Csv,
@@ -160,6 +180,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_csv::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Npy,
@@ -169,6 +190,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_npy::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: Some(volumes::npy::open),
     },
     Row {
         format: Format::Npz,
@@ -178,6 +200,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_npz::write_particles),
         read_mesh: None,
         write_mesh: Some(meshes::write_npz::write),
+        open_volume: Some(volumes::npz::open),
     },
     Row {
         format: Format::Json,
@@ -187,6 +210,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_json::write),
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Bi4,
@@ -196,6 +220,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Hdf5,
@@ -205,6 +230,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        open_volume: None,
     },
     Row {
         format: Format::Obj,
@@ -214,6 +240,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_obj::read),
         write_mesh: Some(meshes::write_obj::write),
+        open_volume: None,
     },
     Row {
         format: Format::Stl,
@@ -223,6 +250,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_stl::read),
         write_mesh: Some(meshes::write_stl::write),
+        open_volume: None,
     },
     Row {
         format: Format::Glb,
@@ -232,6 +260,47 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_glb::read),
         write_mesh: Some(meshes::write_glb::write),
+        open_volume: None,
+    },
+    Row {
+        format: Format::Vti,
+        name: "VTK XML image",
+        extensions: &["vti"],
+        read_particles: None,
+        write_particles: None,
+        read_mesh: None,
+        write_mesh: None,
+        open_volume: Some(volumes::vti::open),
+    },
+    Row {
+        format: Format::MetaImage,
+        name: "MetaImage",
+        extensions: &["mhd", "mha"],
+        read_particles: None,
+        write_particles: None,
+        read_mesh: None,
+        write_mesh: None,
+        open_volume: Some(volumes::mha::open),
+    },
+    Row {
+        format: Format::Nrrd,
+        name: "NRRD",
+        extensions: &["nrrd", "nhdr"],
+        read_particles: None,
+        write_particles: None,
+        read_mesh: None,
+        write_mesh: None,
+        open_volume: Some(volumes::nrrd::open),
+    },
+    Row {
+        format: Format::Nifti,
+        name: "NIfTI",
+        extensions: &["nii", "nii.gz", "hdr", "hdr.gz", "img", "img.gz"],
+        read_particles: None,
+        write_particles: None,
+        read_mesh: None,
+        write_mesh: None,
+        open_volume: Some(volumes::nifti::open),
     },
 ];
 
@@ -252,6 +321,8 @@ pub struct FormatInfo {
     pub reads_meshes: bool,
     /// Whether [`write_mesh`](crate::write_mesh) writes it.
     pub writes_meshes: bool,
+    /// Whether [`open_volume`](crate::open_volume) reads it.
+    pub reads_volumes: bool,
 }
 
 /// All formats, with what this build does with them.
@@ -264,6 +335,7 @@ pub fn formats() -> impl Iterator<Item = FormatInfo> {
         writes_particles: row.write_particles.is_some(),
         reads_meshes: row.read_mesh.is_some(),
         writes_meshes: row.write_mesh.is_some(),
+        reads_volumes: row.open_volume.is_some(),
     })
 }
 

@@ -3,10 +3,13 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::catalog::{self, Format, ReadMesh, Row, WriteMesh, WriteParticles};
+use super::catalog::{self, Format, OpenVolume, ReadMesh, Row, WriteMesh, WriteParticles};
 use super::foreign::{self, Foreign};
 use crate::error::Error;
-use crate::source;
+use crate::formats::vtk;
+use crate::particles::npy_header;
+use crate::source::{self, Source};
+use crate::volumes;
 
 /// First bytes of gzip, a compression and not a format.
 pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -22,6 +25,13 @@ pub(crate) fn particles(path: &Path) -> Result<&'static Row, Error> {
     };
     match found {
         Some(row) if row.read_particles.is_some() => Ok(row),
+        Some(row) if row.read_mesh.is_none() && row.open_volume.is_some() => {
+            let what = format!(
+                "a {} holds a volume, not particles or a mesh: surfaces of volumes are made by contouring",
+                row.name
+            );
+            Err(Error::Unsupported { path: path.into(), what })
+        }
         _ => Err(unknown(path, "particles are read from", |row| row.read_particles.is_some())),
     }
 }
@@ -31,6 +41,36 @@ pub(crate) fn content(path: &Path) -> Result<&'static Row, Error> {
     match catalog::by_name(&lower_name(path)) {
         Some(row) if row.read_mesh.is_some() => Ok(row),
         _ => particles(path),
+    }
+}
+
+/// The format of a volume file that is there.
+pub(crate) fn volume(path: &Path) -> Result<OpenVolume, Error> {
+    let found = match catalog::by_name(&lower_name(path)) {
+        Some(row) => Some(row),
+        None => sniff(path)?.and_then(catalog::row),
+    };
+    let open = found.and_then(|row| row.open_volume);
+    open.ok_or_else(|| unknown(path, "volumes are read from", |row| row.open_volume.is_some()))
+}
+
+/// Whether a file that is there holds a volume.
+pub(crate) fn holds_volume(path: &Path) -> Result<bool, Error> {
+    let row = match catalog::by_name(&lower_name(path)) {
+        Some(row) => row,
+        None => match sniff(path).ok().flatten().and_then(catalog::row) {
+            Some(row) => row,
+            None => return Ok(false),
+        },
+    };
+    match row.format {
+        Format::Npy => {
+            let array = npy_header::read_array(&mut Source::open(path)?);
+            Ok(array.is_ok_and(|array| matches!(array.shape.len(), 3 | 4)))
+        }
+        Format::Npz => volumes::npz::is_volume_archive(path),
+        Format::Vtk => Ok(vtk::Reader::open(path)?.dataset() == volumes::vtk::DATASET),
+        _ => Ok(row.open_volume.is_some() && row.read_particles.is_none()),
     }
 }
 
@@ -117,11 +157,21 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
         let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
         let is_list = has(b"\"Collection") || has(b"\"PUnstructuredGrid") || has(b"\"PPolyData");
-        Some(if is_list { Format::Pvd } else { Format::Vtu })
+        match (is_list, has(b"\"ImageData")) {
+            (true, _) => Some(Format::Pvd),
+            (_, true) => Some(Format::Vti),
+            _ => Some(Format::Vtu),
+        }
     } else if begins(b"ITEM:") {
         Some(Format::LammpsDump)
     } else if begins(b"PK\x03\x04") || begins(b"PK\x05\x06") {
         Some(Format::Npz)
+    } else if begins(b"NRRD00") {
+        Some(Format::Nrrd)
+    } else if begins(b"ObjectType") || begins(b"NDims") {
+        Some(Format::MetaImage)
+    } else if begins(&348u32.to_le_bytes()) || begins(&348u32.to_be_bytes()) {
+        Some(Format::Nifti)
     } else if begins(b"#FileJBD ") {
         Some(Format::Bi4)
     } else {
@@ -144,6 +194,10 @@ pub(crate) fn mismatch(expected: &str, head: &[u8]) -> String {
         Some(Format::LammpsDump) => "it begins like a LAMMPS dump: rename it to .dump",
         Some(Format::Npz) => "it begins like a ZIP archive: rename it to .npz if it is NumPy's",
         Some(Format::Bi4) => "it begins like DualSPHysics' data: rename it to .bi4",
+        Some(Format::Nrrd) => "it begins like a NRRD volume: rename it to .nrrd",
+        Some(Format::MetaImage) => "it begins like a MetaImage: rename it to .mha or .mhd",
+        Some(Format::Nifti) => "it begins like a NIfTI volume: rename it to .nii",
+        Some(Format::Vti) => "it begins like a VTK XML image: rename it to .vti",
         _ if head.is_empty() => "it is empty",
         _ => "it begins otherwise",
     };

@@ -12,7 +12,7 @@ pub(crate) mod json;
 mod json_nodes;
 pub(crate) mod lammps;
 pub(crate) mod npy;
-mod npy_header;
+pub(crate) mod npy_header;
 pub(crate) mod npz;
 pub(crate) mod ply;
 pub(crate) mod pvd;

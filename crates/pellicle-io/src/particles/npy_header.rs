@@ -14,38 +14,63 @@ const MAX_COLUMNS: usize = 4096;
 
 /// Numbers of one type in a row: the row itself, or a field of a structured type.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Part {
+pub(crate) struct Part {
     /// Empty for the row itself.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// `None` for what is passed over: text, padding, times.
-    pub(super) scalar: Option<Scalar>,
+    pub(crate) scalar: Option<Scalar>,
     /// Bytes of one number.
-    pub(super) size: usize,
-    pub(super) endian: Endian,
-    pub(super) count: usize,
+    pub(crate) size: usize,
+    pub(crate) endian: Endian,
+    pub(crate) count: usize,
 }
 
 /// What the header says.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Header {
+pub(crate) struct Header {
     /// One part, or the fields of a structured type.
-    pub(super) parts: Vec<Part>,
-    pub(super) is_structured: bool,
-    pub(super) is_fortran: bool,
-    pub(super) shape: Vec<u64>,
-    pub(super) rows: u64,
+    pub(crate) parts: Vec<Part>,
+    pub(crate) is_structured: bool,
+    pub(crate) is_fortran: bool,
+    pub(crate) shape: Vec<u64>,
+    pub(crate) rows: u64,
     /// Numbers in a row, of an array of numbers.
-    pub(super) columns: usize,
+    pub(crate) columns: usize,
 }
 
 impl Header {
     /// Bytes of a row.
-    pub(super) fn stride(&self) -> usize {
+    pub(crate) fn stride(&self) -> usize {
         self.parts.iter().map(|part| part.size * part.count).sum()
     }
 }
 
-pub(super) fn read(source: &mut Source<'_>) -> Result<Header, Error> {
+/// An array as a whole, of any shape.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Array {
+    pub(crate) scalar: Scalar,
+    pub(crate) endian: Endian,
+    pub(crate) is_fortran: bool,
+    pub(crate) shape: Vec<u64>,
+}
+
+/// Reads the header of an array whose first axis counts rows.
+pub(crate) fn read(source: &mut Source<'_>) -> Result<Header, Error> {
+    let text = read_text(source)?;
+    parse(source, &text)
+}
+
+/// Reads the header of an array of numbers, of any shape.
+pub(crate) fn read_array(source: &mut Source<'_>) -> Result<Array, Error> {
+    let text = read_text(source)?;
+    let Dictionary { shape, is_fortran, descr } = Dictionary::parse(source, &text)?;
+    let Part { scalar: Some(scalar), endian, .. } = simple(source, descr, 1)? else {
+        return Err(source.unsupported("the array does not hold numbers"));
+    };
+    Ok(Array { scalar, endian, is_fortran, shape })
+}
+
+fn read_text(source: &mut Source<'_>) -> Result<String, Error> {
     let head = source.peek(8)?;
     if !head.starts_with(MAGIC) {
         let what = detect::mismatch("a NumPy array", &head[..head.len().min(64)]);
@@ -67,24 +92,46 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, Error> {
     if length > MAX_HEADER {
         return Err(source.fail(format!("a header of {length} bytes: the limit is {MAX_HEADER}")));
     }
-    let text = String::from_utf8_lossy(source.exact(length as usize, "the header")?).into_owned();
-    parse(source, &text)
+    Ok(String::from_utf8_lossy(source.exact(length as usize, "the header")?).into_owned())
 }
 
-/// Parses the dictionary `{'descr': '<f4', 'fortran_order': False, 'shape': (10, 3), }`.
+/// The dictionary `{'descr': '<f4', 'fortran_order': False, 'shape': (10, 3), }`.
+struct Dictionary<'a> {
+    shape: Vec<u64>,
+    is_fortran: bool,
+    /// From the type on.
+    descr: &'a str,
+}
+
+impl<'a> Dictionary<'a> {
+    fn parse(source: &Source<'_>, text: &'a str) -> Result<Dictionary<'a>, Error> {
+        let value = |key: &str| {
+            let at = text.find(&format!("'{key}'")).or_else(|| text.find(&format!("\"{key}\"")));
+            let rest = at.and_then(|at| text[at + key.len() + 2..].trim_start().strip_prefix(':')).map(str::trim_start);
+            rest.ok_or_else(|| source.fail(format!("the header has no '{key}'")))
+        };
+        let shape = value("shape")?;
+        let inner = shape.strip_prefix('(').and_then(|s| s.split_once(')')).map(|(inner, _)| inner);
+        let Some(inner) = inner else { return Err(source.fail("the header's 'shape' is not a tuple")) };
+        let Some(shape) = numbers(inner) else {
+            return Err(source.fail(format!("the header's 'shape' ({inner}) is not made of numbers")));
+        };
+        Ok(Dictionary { shape, is_fortran: value("fortran_order")?.starts_with("True"), descr: value("descr")? })
+    }
+}
+
+/// The type of an array of numbers, `columns` of them a row.
+fn simple(source: &Source<'_>, descr: &str, columns: usize) -> Result<Part, Error> {
+    let name = descr.get(1..).and_then(|t| t.split_once(['\'', '"'])).map_or("", |(name, _)| name);
+    part("", name, columns).filter(|part| part.scalar.is_some()).ok_or_else(|| {
+        source.unsupported(format!(
+            "the array holds '{name}': floats of 2, 4 and 8 bytes and integers are read; convert it by .astype('f4')"
+        ))
+    })
+}
+
 fn parse(source: &Source<'_>, text: &str) -> Result<Header, Error> {
-    let value = |key: &str| {
-        let at = text.find(&format!("'{key}'")).or_else(|| text.find(&format!("\"{key}\"")));
-        let rest = at.and_then(|at| text[at + key.len() + 2..].trim_start().strip_prefix(':')).map(str::trim_start);
-        rest.ok_or_else(|| source.fail(format!("the header has no '{key}'")))
-    };
-    let shape = value("shape")?;
-    let inner = shape.strip_prefix('(').and_then(|s| s.split_once(')')).map(|(inner, _)| inner);
-    let Some(inner) = inner else { return Err(source.fail("the header's 'shape' is not a tuple")) };
-    let Some(shape) = numbers(inner) else {
-        return Err(source.fail(format!("the header's 'shape' ({inner}) is not made of numbers")));
-    };
-    let is_fortran = value("fortran_order")?.starts_with("True");
+    let Dictionary { shape, is_fortran, descr } = Dictionary::parse(source, text)?;
     let rows = shape.first().copied().unwrap_or(1);
     let columns = shape.iter().skip(1).try_fold(1u64, |product, &n| product.checked_mul(n));
     let columns = columns.and_then(|n| usize::try_from(n).ok()).filter(|&n| n <= MAX_COLUMNS);
@@ -92,19 +139,11 @@ fn parse(source: &Source<'_>, text: &str) -> Result<Header, Error> {
         let what = format!("the array has the shape {shape:?}: a row may have {MAX_COLUMNS} numbers at most");
         return Err(source.unsupported(what));
     };
-    let descr = value("descr")?;
     let is_structured = descr.starts_with('[');
     let parts = if is_structured {
         fields(descr).ok_or_else(|| source.fail("the header's 'descr' is not a list of fields"))?
     } else {
-        let name = descr.get(1..).and_then(|t| t.split_once(['\'', '"'])).map_or("", |(name, _)| name);
-        let Some(part) = part("", name, columns).filter(|part| part.scalar.is_some()) else {
-            let what = format!(
-                "the array holds '{name}': floats of 2, 4 and 8 bytes and integers are read; convert it by .astype('f4')"
-            );
-            return Err(source.unsupported(what));
-        };
-        vec![part]
+        vec![simple(source, descr, columns)?]
     };
     let stride = parts.iter().try_fold(0usize, |sum, part| sum.checked_add(part.size.checked_mul(part.count)?));
     if stride.is_none_or(|stride| stride == 0 && columns > 0 || stride > 64 << 10) || parts.len() > MAX_COLUMNS {

@@ -46,7 +46,7 @@ impl Member {
     }
 }
 
-struct Archive {
+pub(crate) struct Archive {
     path: PathBuf,
     len: u64,
     zip: ZipArchive<BufReader<File>>,
@@ -164,7 +164,7 @@ fn choose<'a>(path: &Path, members: &'a [Member], options: &ReadOptions) -> Resu
 }
 
 impl Archive {
-    fn open(path: &Path) -> Result<Archive, Error> {
+    pub(crate) fn open(path: &Path) -> Result<Archive, Error> {
         let mut source = Source::open(path)?;
         let head = source.peek(64)?;
         if !head.starts_with(b"PK") {
@@ -181,24 +181,32 @@ impl Archive {
 
     /// The arrays of numbers with their headers.
     fn members(&mut self) -> Result<Vec<Member>, Error> {
+        let found = self.arrays(|source| {
+            let header = npy_header::read(source)?;
+            // A header that promises more than there is shall not pass for an array of other length.
+            source.room(header.rows, header.stride() as u64, "rows").map(|_| header)
+        })?;
+        Ok(found.into_iter().map(|(index, name, header)| Member { index, name, header }).collect())
+    }
+
+    /// What `read` makes of the header of each array, with index and name. Text and Python objects, which are not
+    /// supported, are passed over.
+    pub(crate) fn arrays<T>(
+        &mut self,
+        read: impl Fn(&mut Source<'_>) -> Result<T, Error>,
+    ) -> Result<Vec<(usize, String, T)>, Error> {
         let names: Vec<String> = self.zip.file_names().filter_map(|name| Some(name.ok()?.into_owned())).collect();
-        let mut members = Vec::new();
+        let mut arrays = Vec::new();
         for file_name in names {
             let Some(name) = file_name.strip_suffix(".npy") else { continue };
             let Some(index) = self.zip.index_for_name(&file_name) else { continue };
-            let header = self.part(index, name, |source| {
-                let header = npy_header::read(source)?;
-                // A header that promises more than there is shall not pass for an array of other length.
-                source.room(header.rows, header.stride() as u64, "rows").map(|_| header)
-            });
-            match header {
-                Ok(header) => members.push(Member { index, name: name.into(), header }),
-                // Text and Python objects are no attributes of particles.
+            match self.part(index, name, &read) {
+                Ok(header) => arrays.push((index, name.to_owned(), header)),
                 Err(Error::Unsupported { .. }) => {}
                 Err(error) => return Err(error),
             }
         }
-        Ok(members)
+        Ok(arrays)
     }
 
     /// Reads what follows the header of an array.
@@ -214,7 +222,7 @@ impl Archive {
     }
 
     /// Runs `read` on the bytes of an array.
-    fn part<T>(
+    pub(crate) fn part<T>(
         &mut self,
         index: usize,
         name: &str,

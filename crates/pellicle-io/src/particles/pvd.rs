@@ -71,8 +71,8 @@ fn read_list(path: &Path, options: &ReadOptions, above: Option<&Path>) -> Result
         Kind::Parallel => {
             list.document().listed.iter().map(|listed| resolve(path, listed)).collect::<Result<_, Error>>()?
         }
-        Kind::UnstructuredGrid | Kind::PolyData => {
-            let what = "this is no list of files but data: name it .vtu (an UnstructuredGrid) or .vtp (PolyData)";
+        Kind::UnstructuredGrid | Kind::PolyData | Kind::ImageData => {
+            let what = "this is no list of files but data: name it .vtu (an UnstructuredGrid), .vtp (PolyData) or .vti (ImageData)";
             return Err(Error::Unsupported { path: path.into(), what: what.into() });
         }
     };

@@ -38,7 +38,7 @@ pub fn lists() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Whether this build reads anything of the format.
 pub fn is_read(format: &FormatInfo) -> bool {
-    format.reads_particles || format.reads_meshes
+    format.reads_particles || format.reads_meshes || format.reads_volumes
 }
 
 /// The usual extension of the format that the name of a file tells.
@@ -52,6 +52,7 @@ pub fn usual_extension(name: &str) -> Option<&'static str> {
 /// Every sound file there is, by name.
 pub fn all(folder: &Folder) -> Vec<(String, Vec<u8>)> {
     let particles = samples::all().into_iter().map(|sample| (sample.name, sample.bytes));
-    let files = particles.chain(mesh_files(folder)).chain(lists());
+    let volumes = samples::volume_samples::volumes().into_iter().map(|volume| (volume.name, volume.bytes));
+    let files = particles.chain(mesh_files(folder)).chain(lists()).chain(volumes);
     files.map(|(name, bytes)| (name.to_owned(), bytes)).collect()
 }

@@ -7,6 +7,8 @@ use std::io::Write;
 mod array_samples;
 #[path = "text_samples.rs"]
 mod text_samples;
+#[path = "volume_samples.rs"]
+pub mod volume_samples;
 
 /// A file and what it holds besides positions.
 pub struct Sample {

@@ -8,7 +8,9 @@ mod sampled;
 mod surface;
 mod tetrahedra;
 
-pub use contour::{Contour, ContourParams, contour};
+pub use contour::{
+    Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+};
 pub use surface::{Chunk, Surface};
 pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 

@@ -8,6 +8,7 @@
 
 pub mod components;
 mod finish;
+pub mod largest;
 pub mod normals;
 mod rebuild;
 pub mod smooth;

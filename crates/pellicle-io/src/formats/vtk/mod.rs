@@ -83,11 +83,21 @@ enum Owner {
     Cells(u64),
 }
 
+/// The grid of STRUCTURED_POINTS.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Points {
+    /// Points along each axis; `None` until they are told.
+    pub(crate) dims: Option<[u64; 3]>,
+    pub(crate) origin: Option<[f64; 3]>,
+    pub(crate) spacing: Option<[f64; 3]>,
+}
+
 /// A legacy VTK file, from its first section on.
 pub(crate) struct Reader {
     source: Source<'static>,
     encoding: Encoding,
     dataset: String,
+    points: Points,
     owner: Owner,
     /// Arrays of the current FIELD that are still to come.
     fields_left: u64,
@@ -117,7 +127,7 @@ impl Reader {
             other => return Err(source.fail(format!("'{}' stands where DATASET is expected", shorten(other)))),
         };
         source.set_text(encoding == Encoding::Ascii);
-        Ok(Reader { source, encoding, dataset, owner: Owner::Whole, fields_left: 0 })
+        Ok(Reader { source, encoding, dataset, points: Points::default(), owner: Owner::Whole, fields_left: 0 })
     }
 
     /// `POLYDATA`, `UNSTRUCTURED_GRID`, …
@@ -127,6 +137,16 @@ impl Reader {
 
     pub(crate) fn source(&self) -> &Source<'static> {
         &self.source
+    }
+
+    /// The grid of a dataset `STRUCTURED_POINTS`, as far as it has been read.
+    pub(crate) fn points(&self) -> Points {
+        self.points
+    }
+
+    /// What comes next, without the grammar.
+    pub(crate) fn into_source(self) -> (Source<'static>, Encoding) {
+        (self.source, self.encoding)
     }
 
     /// The next section, or `None` at the end of the file.
@@ -156,6 +176,16 @@ impl Reader {
     /// The section that a line begins, or `None` if it only sets the stage for others.
     fn section(&mut self, key: &str, rest: &[&str]) -> Result<Option<Section>, Error> {
         match (key, rest) {
+            ("DIMENSIONS" | "ORIGIN" | "SPACING" | "ASPECT_RATIO", [x, y, z, ..])
+                if self.dataset == "STRUCTURED_POINTS" =>
+            {
+                match key {
+                    "DIMENSIONS" => self.points.dims = Some([self.count(x)?, self.count(y)?, self.count(z)?]),
+                    "ORIGIN" => self.points.origin = Some([self.length(x)?, self.length(y)?, self.length(z)?]),
+                    _ => self.points.spacing = Some([self.length(x)?, self.length(y)?, self.length(z)?]),
+                }
+                Ok(None)
+            }
             ("POINTS", [count, kind, ..]) => {
                 let count = self.count(count)?;
                 let Content::Numbers(scalar) = self.content(kind)? else {
@@ -252,6 +282,10 @@ impl Reader {
 
     fn count(&self, word: &str) -> Result<u64, Error> {
         word.parse().map_err(|_| self.source.fail(format!("'{word}' is not a count")))
+    }
+
+    fn length(&self, word: &str) -> Result<f64, Error> {
+        word.parse().map_err(|_| self.source.fail(format!("'{word}' is not a number")))
     }
 
     fn content(&self, kind: &str) -> Result<Content, Error> {

@@ -36,6 +36,22 @@ pub(crate) struct Piece {
     pub(crate) cells: CellArrays,
     /// The triangle strips of a PolyData.
     pub(crate) strips: CellArrays,
+    /// Arrays of the cells of an image.
+    pub(crate) of_cells: Vec<DataArray>,
+    /// The part of an image that this piece is: first and last point along each axis.
+    pub(crate) extent: Option<[i64; 6]>,
+}
+
+/// The points of an image.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Image {
+    /// First and last point along each axis.
+    pub(crate) extent: [i64; 6],
+    /// Of the point (0, 0, 0), which need not be in the extent.
+    pub(crate) origin: [f64; 3],
+    pub(crate) spacing: [f64; 3],
+    /// Row by row a matrix whose columns are the directions of the axes.
+    pub(crate) direction: [f64; 9],
 }
 
 /// The arrays that describe cells.
@@ -65,6 +81,8 @@ pub(crate) enum Kind {
     Collection,
     /// A list of the files of one step (`PUnstructuredGrid`, `PPolyData`).
     Parallel,
+    /// Samples on a regular grid.
+    ImageData,
 }
 
 /// The appended data.
@@ -96,4 +114,7 @@ pub(crate) struct Document {
     pub(crate) pieces: Vec<Piece>,
     pub(crate) listed: Vec<Listed>,
     pub(crate) appended: Option<Appended>,
+    pub(crate) image: Option<Image>,
+    /// Names of the active scalars of points and of cells.
+    pub(crate) active: [Option<String>; 2],
 }

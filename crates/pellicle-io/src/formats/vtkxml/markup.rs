@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 use std::path::Path;
+use std::str::FromStr;
 
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
-use super::document::{Appended, Compressor, DataArray, Document, Kind, Listed, Location, Piece};
+use super::document::{Appended, Compressor, DataArray, Document, Image, Kind, Listed, Location, Piece};
 use crate::error::{Error, Place};
 use crate::scalar::{Endian, Scalar};
 
@@ -16,6 +17,7 @@ use crate::scalar::{Endian, Scalar};
 enum Section {
     Points,
     PointData,
+    CellData,
     Cells,
     Strips,
     Other,
@@ -26,6 +28,7 @@ impl Section {
         match tag {
             "Points" => Section::Points,
             "PointData" => Section::PointData,
+            "CellData" => Section::CellData,
             "Cells" | "Polys" => Section::Cells,
             "Strips" => Section::Strips,
             _ => Section::Other,
@@ -59,6 +62,8 @@ pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Document, Error> {
         pieces: Vec::new(),
         listed: Vec::new(),
         appended: None,
+        image: None,
+        active: [None, None],
     };
     let reader = Reader::from_reader(bytes);
     let mut parser = Parser { path, bytes, reader, section: Section::Other, document, entries: 0, is_closed: false };
@@ -95,8 +100,10 @@ impl Parser<'_> {
             "VTKFile" => self.file(tag)?,
             "Piece" => self.piece(tag)?,
             "DataSet" => self.listed(tag)?,
-            "Points" | "PointData" | "Cells" | "Polys" | "Strips" if !is_empty => {
+            "ImageData" if self.document.kind == Kind::ImageData => self.image(tag)?,
+            "Points" | "PointData" | "CellData" | "Cells" | "Polys" | "Strips" if !is_empty => {
                 self.section = Section::of(tag.local_name().as_ref());
+                self.active(tag)?;
             }
             "DataArray" => self.array(tag, is_empty)?,
             "AppendedData" if !is_empty => {
@@ -124,8 +131,10 @@ impl Parser<'_> {
             "PolyData" => Kind::PolyData,
             "Collection" => Kind::Collection,
             "PUnstructuredGrid" | "PPolyData" => Kind::Parallel,
+            "ImageData" => Kind::ImageData,
             _ => {
-                let what = format!("a VTK file of type '{kind}': only UnstructuredGrid and PolyData are read");
+                let what =
+                    format!("a VTK file of type '{kind}': only UnstructuredGrid, PolyData and ImageData are read");
                 return Err(Error::Unsupported { path: self.path.into(), what });
             }
         };
@@ -168,6 +177,7 @@ impl Parser<'_> {
         let cells = if self.document.kind == Kind::PolyData { "NumberOfPolys" } else { "NumberOfCells" };
         piece.cells.count = self.count(tag, cells)?;
         piece.strips.count = self.count(tag, "NumberOfStrips")?;
+        piece.extent = self.numbers(tag, "Extent")?;
         self.document.pieces.push(piece);
         Ok(())
     }
@@ -176,6 +186,39 @@ impl Parser<'_> {
     fn count(&self, tag: &BytesStart<'_>, name: &str) -> Result<u64, Error> {
         let Some(count) = self.attribute(tag, name)? else { return Ok(0) };
         count.trim().parse().map_err(|_| self.fail(format!("'{count}' is not a count, in {name}")))
+    }
+
+    /// A list of so many numbers; `None` where it is not told.
+    fn numbers<T: FromStr, const N: usize>(&self, tag: &BytesStart<'_>, name: &str) -> Result<Option<[T; N]>, Error> {
+        let Some(text) = self.attribute(tag, name)? else { return Ok(None) };
+        let numbers: Option<Vec<T>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
+        let numbers = numbers.and_then(|numbers| <[T; N]>::try_from(numbers).ok());
+        numbers.map(Some).ok_or_else(|| self.fail(format!("{name}=\"{text}\" is not a list of {N} numbers")))
+    }
+
+    fn image(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
+        let Some(extent) = self.numbers(tag, "WholeExtent")? else {
+            return Err(self.fail("the ImageData has no WholeExtent"));
+        };
+        let origin = self.numbers(tag, "Origin")?.unwrap_or([0.0; 3]);
+        let spacing = self.numbers(tag, "Spacing")?.unwrap_or([1.0; 3]);
+        let straight = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let direction = self.numbers(tag, "Direction")?.unwrap_or(straight);
+        self.document.image = Some(Image { extent, origin, spacing, direction });
+        Ok(())
+    }
+
+    /// The active scalars of the section that begins, as the first piece has them.
+    fn active(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
+        let place = match self.section {
+            Section::PointData => 0,
+            Section::CellData => 1,
+            _ => return Ok(()),
+        };
+        if self.document.active[place].is_none() {
+            self.document.active[place] = self.attribute(tag, "Scalars")?;
+        }
+        Ok(())
     }
 
     /// A file of a Collection.
@@ -200,7 +243,8 @@ impl Parser<'_> {
         let format = self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into());
         let end = self.reader.buffer_position() as usize;
         let content = if is_empty { end..end } else { self.content()? };
-        if self.section == Section::Other {
+        let is_ignored = self.section == Section::CellData && self.document.kind != Kind::ImageData;
+        if self.section == Section::Other || is_ignored {
             return Ok(());
         }
         self.enter()?;
@@ -234,6 +278,10 @@ impl Parser<'_> {
             }
             Section::Cells => &mut piece.cells,
             Section::Strips => &mut piece.strips,
+            Section::CellData => {
+                piece.of_cells.push(array);
+                return Ok(());
+            }
             _ => {
                 piece.attributes.push(array);
                 return Ok(());

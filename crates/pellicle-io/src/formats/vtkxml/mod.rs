@@ -57,6 +57,10 @@ impl XmlFile {
                 Err(file.fail("there is no Piece: the file holds no points, or it is cut short"))
             }
             Kind::UnstructuredGrid | Kind::PolyData => Ok(file),
+            Kind::ImageData => {
+                let what = "this is an image, a volume of samples: it holds no points and faces".into();
+                Err(Error::Unsupported { path: path.into(), what })
+            }
             Kind::Collection | Kind::Parallel => {
                 let what = "this is a list of other files: name it .pvd (a Collection), .pvtu or .pvtp".into();
                 Err(Error::Unsupported { path: path.into(), what })
@@ -147,7 +151,7 @@ impl XmlFile {
     }
 
     /// Appends the numbers of an array of `tuples` tuples.
-    fn append_values<D: Target + Send>(
+    pub(crate) fn append_values<D: Target + Send>(
         &self,
         out: &mut Vec<D>,
         tuples: u64,
@@ -179,15 +183,25 @@ impl XmlFile {
 
     /// Opens an array and counts the memory that it will take as numbers of type `D`.
     fn data<'a, D>(&'a self, array: &'a DataArray, scalar: Scalar, tuples: u64) -> Result<Data<'a>, Error> {
-        let size = size_of::<D>().max(scalar.size()) * array.components;
-        let (needed, available) = (tuples.saturating_mul(size as u64), self.budget.get());
+        self.claim(tuples, size_of::<D>().max(scalar.size()) * array.components)?;
+        let values = tuples * array.components as u64;
+        Data::open(&self.path, &self.bytes, &self.document, array, scalar, values)
+    }
+
+    /// Lets data grow to so many bytes, if that is more than the file's size suggests.
+    pub(crate) fn raise_budget(&self, bytes: u64) {
+        self.budget.set(self.budget.get().max(bytes));
+    }
+
+    /// Counts the memory that `count` things of `size` bytes will take, and gives the count back.
+    pub(crate) fn claim(&self, count: u64, size: usize) -> Result<usize, Error> {
+        let (needed, available) = (count.saturating_mul(size as u64), self.budget.get());
         if needed > available {
             let what = "bytes of data, out of proportion to the file's size: write it uncompressed";
             return Err(Error::TooLarge { path: self.path.clone(), what, needed, available });
         }
         self.budget.set(available - needed);
-        let values = tuples * array.components as u64;
-        Data::open(&self.path, &self.bytes, &self.document, array, scalar, values)
+        Ok(count as usize)
     }
 }
 

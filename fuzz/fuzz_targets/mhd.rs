@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.mhd`.
+#![no_main]
+
+pellicle_fuzz::target!();

@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.nii`.
+#![no_main]
+
+pellicle_fuzz::target!();

@@ -1,0 +1,4 @@
+//! Fuzzes the readers of `.vti`.
+#![no_main]
+
+pellicle_fuzz::target!();
