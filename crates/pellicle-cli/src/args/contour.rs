@@ -3,7 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use pellicle::{Level, VertexNormals};
 
 use super::input::UpArg;
 use super::volume::VolumeArgs;
@@ -92,4 +93,53 @@ pub struct ContourSurfaceArgs {
     /// Keep the connected piece of largest area only
     #[arg(long)]
     pub largest: bool,
+    /// What cells with ambiguous signs become: as the table has it, faces by the asymptotic decider, or as the trilinear
+    /// interpolant
+    #[arg(long, value_name = "METHOD", default_value = "classic")]
+    pub method: MethodArg,
+    /// Normals of vertices: from the samples' gradient or from the triangles around
+    #[arg(long, value_name = "FROM", default_value = "off")]
+    pub normals: VolumeNormalsArg,
+}
+
+/// How true a surface is to its samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MethodArg {
+    /// One table.
+    Classic,
+    /// Faces as the bilinear interpolant.
+    Consistent,
+    /// Cells as the trilinear interpolant.
+    Topological,
+}
+
+impl From<MethodArg> for Level {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Classic => Self::Classic,
+            MethodArg::Consistent => Self::Consistent,
+            MethodArg::Topological => Self::Topological,
+        }
+    }
+}
+
+/// Where normals come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum VolumeNormalsArg {
+    /// None.
+    Off,
+    /// The samples.
+    Gradient,
+    /// The triangles.
+    Faces,
+}
+
+impl From<VolumeNormalsArg> for VertexNormals {
+    fn from(normals: VolumeNormalsArg) -> Self {
+        match normals {
+            VolumeNormalsArg::Off => Self::Off,
+            VolumeNormalsArg::Gradient => Self::Gradient,
+            VolumeNormalsArg::Faces => Self::Faces,
+        }
+    }
 }

@@ -80,7 +80,11 @@ impl<'a> Job<'a> {
             keeps_largest: args.surface.largest,
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
-            params: ContourParams { lanes: machine::lanes_from_environment()? },
+            params: ContourParams {
+                level: args.surface.method.into(),
+                normals: args.surface.normals.into(),
+                lanes: machine::lanes_from_environment()?,
+            },
             max_memory: args.max_memory,
             console,
         })
