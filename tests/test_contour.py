@@ -233,3 +233,14 @@ def test_options_are_kept_in_a_file(pellicle, out, ball):
     (out / "job.toml").write_text(printed.stdout)
     assert_done(pellicle("contour", "--config", out / "job.toml", "-o", out / "k.ply"))
     assert (out / "k_100.ply").exists() and (out / "k_128.ply").exists()
+
+
+@pytest.mark.parametrize("method", ["tetra5", "tetra6", "bcc", "simplex", "regularised"])
+def test_tetrahedra_close_a_torus(pellicle, out, method):
+    x, y, z = np.meshgrid(*[np.linspace(-1, 1, 40)] * 3, indexing="ij")
+    torus = 0.3 - np.hypot(np.hypot(x, y) - 0.6, z)
+    np.save(out / "torus.npy", torus.astype("f4"))
+    found, report = contour(pellicle, out / "torus.npy", 0, out / "a.ply", "--method", method)
+    assert not defects(found) and found["euler"] == 0 and found["components"] == 1
+    # In units of cells.
+    assert found["volume"] == pytest.approx(2 * np.pi**2 * 0.6 * 0.3**2 * 19.5**3, rel=CLOSE)

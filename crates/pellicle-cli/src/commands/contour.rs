@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use pellicle::post::largest::keep_largest;
-use pellicle::{Border, Contour, ContourParams, Control, Mesh, Volume};
+use pellicle::{Border, Contour, ContourParams, Control, Mesh, Tetrahedra, VertexNormals, Volume, contour_tetrahedra};
 use pellicle_io::{Up, VolumeData, VolumeHeader, WriteOptions, each_sample_type, write_mesh};
 use serde_json::{Value, json};
 
@@ -36,6 +36,7 @@ struct Job<'a> {
     up: Up,
     metres_per_unit: Option<f64>,
     params: ContourParams,
+    tetrahedra: Option<Tetrahedra>,
     max_memory: Option<u64>,
     console: &'a Console,
 }
@@ -73,7 +74,12 @@ impl<'a> Job<'a> {
         let crop = args.crop.as_deref().map(Crop::parse).transpose();
         let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
         let selection = Selection::new(&args.from, args.array.as_ref(), args.step);
+        let tetrahedra = args.surface.method.tetrahedra();
+        if tetrahedra.is_some() && VertexNormals::from(args.surface.normals) != VertexNormals::default() {
+            return Err(Failure::Usage("--normals: only for the methods by marching cubes".into()));
+        }
         Ok(Self {
+            tetrahedra,
             selection: Selection { crop, scale: args.scale, ..selection },
             isos,
             border: if args.surface.open { Border::Open } else { Border::Closed },
@@ -131,16 +137,30 @@ impl<'a> Job<'a> {
         let on_stage = |stage| clock.begin_core(stage);
         let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
         let core = |error| Failure::core(&frame.input, error);
-        let contour = Contour::extract(&volume, &isos, &self.params, &control).map_err(core)?;
+        let contour = match self.tetrahedra {
+            Some(_) => None,
+            None => Some(Contour::extract(&volume, &isos, &self.params, &control).map_err(core)?),
+        };
         let mut surfaces = Vec::new();
         for (number, output) in outputs.iter().enumerate() {
             interrupt::check()?;
             clock.begin("emit");
-            let size = 12 * (contour.vertices(number) as u64 + contour.triangles(number) as u64);
-            budget.claim("its samples and the mesh", data.header.bytes() + size)?;
-            let mesh = match self.nothing(&data, &volume, number, frame) {
-                true => Mesh { origin: volume.origin(), ..Mesh::default() },
-                false => contour.mesh(number),
+            let claim = |vertices: usize, triangles: usize| {
+                let size = 12 * (vertices as u64 + triangles as u64);
+                budget.claim("its samples and the mesh", data.header.bytes() + size)
+            };
+            let mesh = match (self.nothing(&data, &volume, number, frame), &contour) {
+                (true, _) => Mesh { origin: volume.origin(), ..Mesh::default() },
+                (false, Some(contour)) => {
+                    claim(contour.vertices(number), contour.triangles(number))?;
+                    contour.mesh(number)
+                }
+                (false, None) => {
+                    let split = self.tetrahedra.unwrap_or_default();
+                    let mesh = contour_tetrahedra(&volume, isos[number], split, &control).map_err(core)?;
+                    claim(mesh.vertices.len(), mesh.triangles.len())?;
+                    mesh
+                }
             };
             surfaces.push(self.finish(mesh, &data.header, number, output, frame, &clock)?);
         }
