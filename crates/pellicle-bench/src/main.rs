@@ -1,9 +1,12 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
 mod contour;
+mod convergence;
 mod fields;
 mod rivals;
 mod rosenberg;
+mod sinks;
+mod surface_nets;
 mod tetrahedra;
 mod walk;
 
@@ -16,11 +19,14 @@ type Run = fn(&[String]) -> Result<(), String>;
 
 /// What can be measured: the verb, its arguments, and the function.
 const VERBS: &[(&str, &str, Run)] = &[
-    ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS", contour::run),
+    ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
+    ("convergence", "", convergence::run),
     ("tetrahedra", "[--json]", tetrahedra::run),
     ("walk", "", walk::run),
     ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
+    ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
+    ("surface-nets", "FILE TYPE NX NY NZ ISO REPEATS", surface_nets::run),
 ];
 
 fn main() -> std::process::ExitCode {

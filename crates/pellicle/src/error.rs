@@ -95,6 +95,16 @@ pub enum Error {
         /// The largest count possible.
         available: u64,
     },
+    /// Memory that the caller handed in is too small. Nothing was written beyond it.
+    #[error("{what}: {needed} are needed, there is room for {available}: hand in more")]
+    Capacity {
+        /// What there is no room for.
+        what: &'static str,
+        /// How many are needed.
+        needed: u64,
+        /// How many there is room for.
+        available: u64,
+    },
     /// The caller cancelled the work by its token.
     #[error("cancelled")]
     Cancelled,

@@ -67,6 +67,7 @@ pub use field::noise::{Noise, Turbulent};
 pub use field::volume::{Border, Samples, Volume};
 pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
+pub use march::resolve::Level;
 pub use mesh::{Mesh, VertexAttribute};
 pub use params::{
     AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
@@ -74,8 +75,10 @@ pub use params::{
 };
 pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{
-    Chunk, Contour, ContourParams, Reconstructor, Sampled, Sorted, Surface, Tetrahedra, TetrahedraParams, Weighed,
-    contour, contour_function, contour_tetrahedra, reconstruct,
+    Chunk, Contour, ContourParams, ContourPiece, ContourStream, PoolUse, Reconstructor, Sampled, Sorted, StreamSample,
+    StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour, contour_function,
+    contour_tetrahedra, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
+pub use sink::pool::VertexPool;
 pub use stats::Stats;

@@ -49,7 +49,7 @@ fn every_unit_and_thread_count_gives_the_same_bytes() {
     let volume = Volume::new(&samples, N).expect("fits");
     let want = mesh(&volume, 0.0);
     for lanes in [Lanes::Portable, Lanes::Avx2, Lanes::Avx512] {
-        let params = ContourParams { lanes };
+        let params = ContourParams { lanes, ..ContourParams::default() };
         match contour(&volume, 0.0, &params) {
             Ok(got) => assert_eq!(got, want, "{lanes:?}"),
             Err(error) => assert!(matches!(error, Error::Parameter { name: "lanes", .. })),

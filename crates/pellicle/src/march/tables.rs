@@ -56,7 +56,7 @@ pub(crate) static COUNTS: [u8; 256] = {
 const NONE: u8 = 255;
 
 /// Corners of face 2·axis + side, counter-clockwise seen from outside the cube.
-const fn face_corners(face: usize) -> [usize; 4] {
+pub(crate) const fn face_corners(face: usize) -> [usize; 4] {
     let (axis, side) = (face / 2, face % 2);
     let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
     let base = side << axis;
@@ -85,7 +85,7 @@ pub const fn edge_corner(edge: usize) -> usize {
 }
 
 /// The faces that hold an edge, bit by bit.
-const fn faces_of(edge: usize) -> u8 {
+pub(crate) const fn faces_of(edge: usize) -> u8 {
     let mut faces = 0;
     let mut face = 0;
     while face < 6 {
@@ -103,7 +103,7 @@ const fn faces_of(edge: usize) -> u8 {
 }
 
 /// For each edge where a segment starts, the edge where it ends.
-const fn segments(case: u8) -> [u8; 12] {
+pub(crate) const fn segments(case: u8) -> [u8; 12] {
     let mut next = [NONE; 12];
     let mut face = 0;
     while face < 6 {

@@ -5,11 +5,13 @@
 
 mod check;
 mod distance;
+mod normals;
 mod quality;
 pub(crate) mod stars;
 
 pub use check::Report;
 pub use distance::{Comparison, Deviation};
+pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
 /// A values-per-vertex channel, such as a velocity.

@@ -7,7 +7,9 @@ pub(crate) mod engine;
 mod surface;
 mod tetrahedra;
 
-pub use contour::{Contour, ContourParams, contour};
+pub use contour::{
+    Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+};
 pub use surface::{Chunk, Surface};
 pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 

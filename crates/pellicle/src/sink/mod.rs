@@ -4,6 +4,8 @@
 //! by their number in the whole, which may be those of earlier parts. A sink is told where the surface begins and ends.
 
 mod buffers;
+pub(crate) mod pool;
+pub(crate) mod soup;
 
 pub use buffers::{Buffers, Layout};
 

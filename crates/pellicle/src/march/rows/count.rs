@@ -6,14 +6,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Shape, classify::Signs};
+use super::{Iso, Rows, Shape, classify::Signs};
 use crate::{
     Error,
     march::{cubes::count::crossed_cells, tables::COUNTS},
-    math::{
-        bits::{ones, transpose8},
-        simd::{Kernel, Simd, Unit},
-    },
+    math::simd::{Kernel, Simd, Unit},
 };
 
 /// Where a row's vertices and triangles begin, or, before they are summed up, how many it has.
@@ -30,16 +27,19 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// Counts all rows for isovalue number `iso`.
+    /// Counts the rows from `first_row` on for one isovalue; those before it count as empty.
     ///
     /// # Errors
     /// [`Error::Count`] when the vertices exceed `u32`.
-    pub(crate) fn new(unit: Unit, shape: &Shape, signs: &Signs, iso: usize) -> Result<Self, Error> {
+    pub(crate) fn new(unit: Unit, grid: &dyn Rows, signs: &Signs, iso: Iso, first_row: usize) -> Result<Self, Error> {
+        let shape = grid.shape();
         let mut places = vec![Place::default(); shape.rows() + 1];
         let last = shape.rows();
         places[..last].par_chunks_mut(GROUP).enumerate().for_each(|(group, to)| {
-            let rows = group * GROUP..group * GROUP + to.len();
-            unit.run(CountRows { shape, signs, iso, rows, to });
+            let (begin, end) = (group * GROUP, group * GROUP + to.len());
+            let rows = begin.max(first_row).min(end)..end;
+            let to = &mut to[rows.start - begin..];
+            unit.run(CountRows { grid, signs, iso, rows, to });
         });
         let mut counted = Self { places };
         counted.sum()?;
@@ -70,16 +70,6 @@ impl Counted {
     pub(crate) fn place(&self, row: usize) -> &Place {
         &self.places[row]
     }
-
-    /// Number of vertices.
-    pub(crate) fn vertices(&self) -> usize {
-        self.places.last().map_or(0, |end| end.vertices[0] as usize)
-    }
-
-    /// Number of triangles.
-    pub(crate) fn triangles(&self) -> usize {
-        self.places.last().map_or(0, |end| end.triangles as usize)
-    }
 }
 
 /// Rows that one task handles.
@@ -91,48 +81,61 @@ pub(crate) const GROUP: usize = 32;
 pub(crate) fn four_rows<'a>(shape: &Shape, signs: &'a Signs, iso: usize, row: usize) -> [Option<&'a [u64]>; 4] {
     let [_, ny, nz] = shape.nodes;
     let (j, k) = (row % ny, row / ny);
-    std::array::from_fn(|r| {
+    let mut rows = [None; 4];
+    for (r, to) in rows.iter_mut().enumerate() {
         let (y, z) = (r & 1, r >> 1);
-        (j + y < ny && k + z < nz).then(|| signs.row(row + y + z * ny, iso))
-    })
+        if j + y < ny && k + z < nz {
+            *to = Some(signs.row(row + y + z * ny, iso));
+        }
+    }
+    rows
 }
 
 /// The same word of four rows, and each seen one node further.
+///
+/// Here and in what follows plain loops stand where `map` would do: closures in the adaptors of arrays are compiled apart,
+/// without the vector unit's instructions.
 #[inline(always)]
 pub(crate) fn corner_words(rows: &[&[u64]; 4], w: usize) -> [u64; 8] {
-    std::array::from_fn(|c| {
-        let row = rows[c >> 1];
-        if c & 1 == 0 {
-            row[w]
-        } else {
-            let next = if w + 1 < row.len() { row[w + 1] } else { 0 };
-            row[w] >> 1 | next << 63
-        }
-    })
+    let mut corners = [0; 8];
+    for r in 0..4 {
+        let (here, next) = (rows[r][w], if w + 1 < rows[r].len() { rows[r][w + 1] } else { 0 });
+        corners[2 * r] = here;
+        corners[2 * r + 1] = here >> 1 | next << 63;
+    }
+    corners
 }
 
-/// Calls `each` with every cell of a set and its case number.
-#[inline(always)]
-pub(crate) fn for_each_case(corners: &[u64; 8], crossed: u64, mut each: impl FnMut(usize, u8)) {
-    let mut left = crossed;
-    while left != 0 {
-        // Eight cells at a time, from the first group that has one.
-        let group = left.trailing_zeros() & !7;
-        let rows = corners.map(|set| (set >> group) as u8);
-        let cases = transpose8(u64::from_le_bytes(rows)).to_le_bytes();
-        let here = left & 0xff << group;
-        for cell in ones(here) {
-            each(cell, cases[cell & 7]);
+/// The cells of a set, lowest first, with their case numbers.
+pub(crate) struct Cases<'a, S> {
+    simd: S,
+    corners: &'a [u64; 8],
+    left: u64,
+}
+
+impl<'a, S: Simd> Cases<'a, S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, corners: &'a [u64; 8], cells: u64) -> Self {
+        Self { simd, corners, left: cells }
+    }
+
+    /// The next cell and its case.
+    #[inline(always)]
+    pub(crate) fn next(&mut self) -> Option<(usize, u8)> {
+        if self.left == 0 {
+            return None;
         }
-        left &= !here;
+        let cell = self.left.trailing_zeros();
+        self.left &= self.left - 1;
+        Some((cell as usize, self.simd.bits_at(self.corners, cell)))
     }
 }
 
 /// Vertices and triangles of some rows.
 struct CountRows<'a> {
-    shape: &'a Shape,
+    grid: &'a dyn Rows,
     signs: &'a Signs,
-    iso: usize,
+    iso: Iso,
     rows: Range<usize>,
     to: &'a mut [Place],
 }
@@ -141,22 +144,31 @@ impl Kernel for CountRows<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, s: S) {
+        let (shape, iso) = (self.grid.shape(), self.iso);
         for (row, to) in self.rows.zip(self.to) {
-            let [Some(own), y, z, yz] = four_rows(self.shape, self.signs, self.iso, row) else { continue };
+            let [Some(own), y, z, yz] = four_rows(shape, self.signs, iso.number, row) else { continue };
             // A neighbour that is missing is replaced by the row itself: no crossing leads there.
             let rows = [own, y.unwrap_or(own), z.unwrap_or(own), yz.unwrap_or(own)];
             let has_cells = yz.is_some();
             for w in 0..own.len() {
                 let corners = corner_words(&rows, w);
-                let with_next = self.shape.with_next(w);
-                let edges = [(corners[0] ^ corners[1]) & with_next, corners[0] ^ corners[2], corners[0] ^ corners[4]];
-                for (count, edges) in to.vertices.iter_mut().zip(edges) {
-                    *count += edges.count_ones();
-                }
+                let with_next = shape.with_next(w);
+                to.vertices[0] += ((corners[0] ^ corners[1]) & with_next).count_ones();
+                to.vertices[1] += (corners[0] ^ corners[2]).count_ones();
+                to.vertices[2] += (corners[0] ^ corners[4]).count_ones();
                 let crossed = if has_cells { crossed_cells(&corners) & with_next } else { 0 };
                 let mut triangles = 0u32;
-                for_each_case(&corners, crossed, |_, case| triangles += u32::from(COUNTS[usize::from(case)]));
+                let mut cells = Cases::new(s, &corners, crossed);
+                while let Some((cell, case)) = cells.next() {
+                    if iso.is_hard(case) {
+                        let resolved = iso.resolve(self.grid, row, 64 * w + cell, case);
+                        triangles += resolved.len as u32;
+                        to.vertices[3] += resolved.inner_len as u32;
+                    } else {
+                        triangles += u32::from(COUNTS[usize::from(case)]);
+                    }
+                }
                 to.triangles += u64::from(triangles);
             }
         }

@@ -13,8 +13,10 @@
 //!
 //! Where there is no crossing a sample is read once, compared in its own type, and forgotten. The order of vertices and
 //! triangles is one of rows, not of bricks in Morton order as on the road from particles: a volume that comes slab by slab
-//! from a file gives the same bytes without being held, and rows are how the samples lie in memory. Masks of corners, case
-//! numbers, ranks and tables are those of [`super::cubes`]; one word of 64 nodes is a piece of a row here, a brick there.
+//! from a file gives the same bytes without being held, and rows are how the samples lie in memory. Corner
+//! sets, crossed cells, ranks and tables are those of [`super::cubes`]; one word of 64 nodes is a piece of a row here, a brick
+//! there. A case number is bit n of the eight corner sets at once ([`Simd::bits_at`](crate::math::simd::Simd::bits_at)): a
+//! row has few crossed cells, so transposing all 64, as bricks do, would not pay.
 //!
 //! Source: Lorensen & Cline 1987, Marching Cubes; counting before writing row by row is Schroeder, Maynard, Geveci, Flying
 //! Edges: A High-Performance Scalable Isocontouring Algorithm, 2015; words of bits and ranks by population count in place
@@ -22,13 +24,39 @@
 
 pub(crate) mod classify;
 pub(crate) mod count;
+pub(crate) mod normals;
+pub(crate) mod soup;
 pub(crate) mod triangles;
 pub(crate) mod vertices;
 
+use super::resolve::{HARD, Level, Resolved, resolve};
 use crate::field::volume::{Border, Cut, Scalar, Volume, determinant};
 
 /// A relative value below every other: what an absent node has. Its fourth power is still a number.
 pub(crate) const ABSENT: f64 = -1e75;
+
+/// One surface: its isovalue, the isovalue's number, and how cells are resolved.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Iso {
+    pub(crate) number: usize,
+    pub(crate) value: f64,
+    pub(crate) level: Level,
+}
+
+impl Iso {
+    /// Whether the table will not do for this case.
+    #[inline(always)]
+    pub(crate) fn is_hard(&self, case: u8) -> bool {
+        HARD[self.level as usize][usize::from(case)]
+    }
+
+    /// Resolves the cell of a row at node `i`.
+    #[inline(never)]
+    pub(crate) fn resolve(&self, grid: &dyn Rows, row: usize, i: usize, case: u8) -> Resolved {
+        let ny = grid.shape().nodes[1];
+        resolve(case, &grid.corners([i, row % ny, row / ny], self.value), self.level)
+    }
+}
 
 /// The lattice that is marched, whatever the type of its samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +67,7 @@ pub(crate) struct Shape {
     pub(crate) pad: [usize; 3],
     /// Step in the world along each axis.
     pub(crate) directions: [[f64; 3]; 3],
-    /// Slabs of the whole lattice before this window's first.
+    /// Slabs of samples of the whole volume before this window's first.
     pub(crate) slabs_before: usize,
 }
 
@@ -76,6 +104,14 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// A place within the cell at node `i` of a row that begins at `start`.
+    pub(crate) fn in_cell(&self, start: &[f64; 3], i: usize, [x, y, z]: [f64; 3]) -> [f32; 3] {
+        let (d, x) = (&self.directions, i as f64 + x);
+        std::array::from_fn(|a| (start[a] + (x * d[0][a] + y * d[1][a] + z * d[2][a])) as f32)
+    }
+}
+
 /// A volume with its axes sorted by stride.
 #[derive(Clone, Copy)]
 pub(crate) struct Grid<'a, T> {
@@ -108,6 +144,26 @@ impl<'a, T: Scalar> Grid<'a, T> {
             first: volume.element([0; 3]),
             strides: axes.map(|a| volume.strides()[a]),
             dims,
+        }
+    }
+
+    /// Packed slabs that follow each other in a volume of this shape, of which the first is number `before`, as a window.
+    pub(crate) fn window(samples: &'a [T], dims: [usize; 3], whole: &Shape, before: usize, last: bool) -> Self {
+        let slabs = samples.len() / (dims[0] * dims[1]);
+        let low = if before == 0 { whole.pad[2] } else { 0 };
+        let high = if last { whole.pad[2] } else { 0 };
+        Self {
+            shape: Shape {
+                nodes: [whole.nodes[0], whole.nodes[1], low + slabs + high],
+                pad: [whole.pad[0], whole.pad[1], low],
+                directions: whole.directions,
+                slabs_before: before,
+            },
+            samples,
+            mask: None,
+            first: 0,
+            strides: [1, dims[0] as isize, (dims[0] * dims[1]) as isize],
+            dims: [dims[0], dims[1], slabs],
         }
     }
 
@@ -168,16 +224,30 @@ impl<T: Scalar> Row<'_, T> {
 pub(crate) trait Rows: Sync {
     fn shape(&self) -> &Shape;
 
+    /// Relative values of the eight corners of the cell whose lowest node is given.
+    fn corners(&self, node: [usize; 3], iso: f64) -> [f64; 8];
+
     /// See [`classify::Classify`].
     fn classify(&self, task: classify::Classify<'_>);
 
     /// See [`vertices::Vertices`].
     fn vertices(&self, task: vertices::Vertices<'_>);
+
+    /// See [`normals::Normals`].
+    fn normals(&self, task: normals::Normals<'_>);
+
+    /// See [`soup::Soup`].
+    fn soup(&self, task: soup::Soup<'_>);
 }
 
 impl<T: Scalar> Rows for Grid<'_, T> {
     fn shape(&self) -> &Shape {
         &self.shape
+    }
+
+    fn corners(&self, [i, j, k]: [usize; 3], iso: f64) -> [f64; 8] {
+        let rows: [Row<'_, T>; 4] = std::array::from_fn(|r| self.row(j + (r & 1), k + (r >> 1), iso));
+        std::array::from_fn(|c| rows[c >> 1].get(i + (c & 1)))
     }
 
     fn classify(&self, task: classify::Classify<'_>) {
@@ -187,5 +257,12 @@ impl<T: Scalar> Rows for Grid<'_, T> {
 
     fn vertices(&self, task: vertices::Vertices<'_>) {
         task.unit.run(vertices::Typed { grid: self, task });
+    }
+    fn normals(&self, task: normals::Normals<'_>) {
+        task.run(self);
+    }
+
+    fn soup(&self, task: soup::Soup<'_>) {
+        task.run(self);
     }
 }

@@ -5,24 +5,24 @@
 use std::ops::Range;
 
 use super::{
-    Grid, Row,
+    Grid, Iso, Row, Rows,
     classify::Signs,
-    count::{corner_words, four_rows},
+    count::{Cases, corner_words, four_rows},
 };
 use crate::{
     field::volume::Scalar,
-    math::{
-        bits::ones,
-        simd::{Kernel, Simd, Unit},
+    march::{
+        cubes::count::crossed_cells,
+        resolve::{Level, crossing, inner_place},
     },
+    math::simd::{Kernel, Portable, Simd, Unit},
 };
 
 /// Writes the vertices of some rows.
 pub(crate) struct Vertices<'a> {
     pub(crate) unit: Unit,
     pub(crate) signs: &'a Signs,
-    /// Number of the isovalue, and the isovalue.
-    pub(crate) iso: (usize, f64),
+    pub(crate) iso: Iso,
     pub(crate) rows: Range<usize>,
     /// Offsets from the volume's origin, one for each crossing of those rows.
     pub(crate) to: &'a mut [[f32; 3]],
@@ -43,22 +43,29 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
         let shape = &grid.shape;
         let mut to = to.iter_mut();
         for row in rows {
-            let [Some(own), y, z, _] = four_rows(shape, signs, iso.0, row) else { continue };
+            let [Some(own), y, z, yz] = four_rows(shape, signs, iso.number, row) else { continue };
             let (j, k) = (row % shape.nodes[1], row / shape.nodes[1]);
-            let from = grid.row(j, k, iso.1);
+            let from = grid.row(j, k, iso.value);
             let [along, step_y, step_z] = shape.directions;
             let edges = Edges { from, there: from, ahead: 1, start: shape.row_start(row), along, step: along };
             for w in 0..own.len() {
-                let corners = corner_words(&[own; 4], w);
-                edges.write(w, (corners[0] ^ corners[1]) & shape.with_next(w), &mut to);
+                let next = if w + 1 < own.len() { own[w + 1] } else { 0 };
+                edges.write(w, (own[w] ^ (own[w] >> 1 | next << 63)) & shape.with_next(w), &mut to);
             }
             if let Some(next) = y {
-                let edges = Edges { there: grid.row(j + 1, k, iso.1), ahead: 0, step: step_y, ..edges };
-                (0..own.len()).for_each(|w| edges.write(w, own[w] ^ next[w], &mut to));
+                let edges = Edges { there: grid.row(j + 1, k, iso.value), ahead: 0, step: step_y, ..edges };
+                for w in 0..own.len() {
+                    edges.write(w, own[w] ^ next[w], &mut to);
+                }
             }
             if let Some(next) = z {
-                let edges = Edges { there: grid.row(j, k + 1, iso.1), ahead: 0, step: step_z, ..edges };
-                (0..own.len()).for_each(|w| edges.write(w, own[w] ^ next[w], &mut to));
+                let edges = Edges { there: grid.row(j, k + 1, iso.value), ahead: 0, step: step_z, ..edges };
+                for w in 0..own.len() {
+                    edges.write(w, own[w] ^ next[w], &mut to);
+                }
+            }
+            if let (true, [Some(y), Some(z), Some(yz)]) = (iso.level != Level::Classic, [y, z, yz]) {
+                write_inner(grid, iso, row, &[own, y, z, yz], &mut to);
             }
         }
     }
@@ -83,17 +90,50 @@ impl<T: Scalar> Edges<'_, T> {
     /// Writes the vertices of one word's crossed edges.
     #[inline(always)]
     fn write(&self, w: usize, crossed: u64, to: &mut std::slice::IterMut<'_, [f32; 3]>) {
-        for (bit, to) in ones(crossed).zip(to) {
-            let i = 64 * w + bit;
-            let t = part(self.from.get(i), self.there.get(i + self.ahead));
-            *to = std::array::from_fn(|a| (self.start[a] + i as f64 * self.along[a] + t * self.step[a]) as f32);
+        let mut left = crossed;
+        while left != 0 {
+            let i = 64 * w + left.trailing_zeros() as usize;
+            left &= left - 1;
+            let t = crossing(self.from.get(i), self.there.get(i + self.ahead));
+            let Some(to) = to.next() else { return };
+            *to = place(&self.start, i, &self.along, t, &self.step);
         }
     }
 }
 
-/// Where on an edge between relative values `a` and `b`, of which one is above 0 and one is not, the surface crosses it.
+/// Place of a vertex on the edge from node `i` of a row, at part `t` of its `step`.
 #[inline(always)]
-pub(crate) fn part(a: f64, b: f64) -> f64 {
-    // 64-bit integers may round to the isovalue at both ends.
-    if a == b { 0.5 } else { (a / (a - b)).clamp(0.0, 1.0) }
+pub(super) fn place(start: &[f64; 3], i: usize, along: &[f64; 3], t: f64, step: &[f64; 3]) -> [f32; 3] {
+    let mut at = [0.0; 3];
+    for a in 0..3 {
+        at[a] = (start[a] + i as f64 * along[a] + t * step[a]) as f32;
+    }
+    at
+}
+
+/// Writes the inner vertices of a row of cells.
+fn write_inner<T: Scalar>(
+    grid: &Grid<'_, T>,
+    iso: Iso,
+    row: usize,
+    rows: &[&[u64]; 4],
+    to: &mut std::slice::IterMut<'_, [f32; 3]>,
+) {
+    let shape = &grid.shape;
+    let start = shape.row_start(row);
+    for w in 0..rows[0].len() {
+        let corners = corner_words(rows, w);
+        let mut cells = Cases::new(Portable, &corners, crossed_cells(&corners) & shape.with_next(w));
+        while let Some((cell, case)) = cells.next() {
+            if !iso.is_hard(case) {
+                continue;
+            }
+            let i = 64 * w + cell;
+            let resolved = iso.resolve(grid, row, i, case);
+            for (&edges, to) in resolved.inner[..resolved.inner_len].iter().zip(&mut *to) {
+                let node = [i, row % shape.nodes[1], row / shape.nodes[1]];
+                *to = shape.in_cell(&start, i, inner_place(edges, &grid.corners(node, iso.value)));
+            }
+        }
+    }
 }

@@ -175,6 +175,19 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn bits_at(self, words: &[u64; 8], bit: u32) -> u8 {
+        // SAFETY: as in `splat`; the array has eight words, four for each load.
+        let (lo, hi) = unsafe {
+            // The bit becomes the sign.
+            let shift = _mm_cvtsi32_si128(63 - bit as i32);
+            let lo = _mm256_sll_epi64(_mm256_loadu_si256(words.as_ptr().cast()), shift);
+            let hi = _mm256_sll_epi64(_mm256_loadu_si256(words[4..].as_ptr().cast()), shift);
+            (_mm256_movemask_pd(_mm256_castsi256_pd(lo)), _mm256_movemask_pd(_mm256_castsi256_pd(hi)))
+        };
+        (lo | hi << 4) as u8
+    }
+
+    #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
         // SAFETY: as in `splat`.
         unsafe { enabled(self, kernel) }

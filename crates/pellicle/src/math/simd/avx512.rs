@@ -115,6 +115,14 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn bits_at(self, words: &[u64; 8], bit: u32) -> u8 {
+        // SAFETY: as in `splat`; the array has the eight words that are loaded.
+        unsafe {
+            _mm512_test_epi64_mask(_mm512_loadu_epi64(words.as_ptr().cast()), _mm512_set1_epi64((1u64 << bit) as i64))
+        }
+    }
+
+    #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
         // SAFETY: as in `splat`.
         unsafe { enabled(self, kernel) }

@@ -63,6 +63,9 @@ pub trait Simd: Copy + Send + Sync {
     /// Sum of all lanes: halves are added until one is left, lanes 8 apart first, then 4, 2, 1.
     fn sum(self, v: Self::F) -> f32;
 
+    /// Bit `bit`, below 64, of each of eight words: that of word c is bit c.
+    fn bits_at(self, words: &[u64; 8], bit: u32) -> u8;
+
     /// Runs `kernel` with this type's instructions enabled.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
 }
@@ -150,6 +153,11 @@ mod tests {
                 s.store(v, &mut buf);
                 out.extend(buf.map(f32::to_bits));
                 out.push(s.sum(v).to_bits());
+            }
+            let words: [u64; 8] = std::array::from_fn(|c| 0x9e37_79b9_7f4a_7c15u64.rotate_left(7 * c as u32));
+            for bit in 0..64 {
+                let plain = (0..8).fold(0, |bits, c| bits | ((words[c] >> bit & 1) as u8) << c);
+                assert_eq!(s.bits_at(&words, bit), plain, "bit {bit}");
             }
             for mask in [0u16, 1, 0x8000, 0xffff, 0x1234, 0xfedc, 0x0ff0, s.gt(x, y)] {
                 s.compress(x, mask, &mut buf);

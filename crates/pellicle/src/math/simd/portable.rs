@@ -97,6 +97,15 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn bits_at(self, words: &[u64; 8], bit: u32) -> u8 {
+        let mut bits = 0;
+        for c in 0..8 {
+            bits |= ((words[c] >> bit & 1) as u8) << c;
+        }
+        bits
+    }
+
+    #[inline(always)]
     fn run<K: Kernel>(self, kernel: K) -> K::Output {
         kernel.run(self)
     }
