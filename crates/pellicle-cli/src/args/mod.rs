@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-pub use contour::ContourArgs;
+pub use contour::{ContourArgs, MethodArg};
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
 pub use mesh::{BandArg, MeshArgs, Switch};
