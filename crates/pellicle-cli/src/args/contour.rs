@@ -4,10 +4,11 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use pellicle::VertexNormals;
 
 use super::input::UpArg;
 use super::volume::VolumeArgs;
-use super::{ConfigArgs, FrameArgs, Switch, TalkArgs, VerboseArgs};
+use super::{ConfigArgs, FrameArgs, TalkArgs, VerboseArgs};
 use crate::values::{IsoValues, parse_isos, parse_positive, parse_size, parse_threads};
 
 /// `contour IN`.
@@ -27,9 +28,6 @@ pub struct ContourArgs {
     /// Draw each mesh to this PNG file or pattern [default: no picture]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub png: Option<PathBuf>,
-    /// Unit normals from the samples' gradient
-    #[arg(long, value_name = "on|off", default_value = "off", hide_possible_values = true, help_heading = "Output")]
-    pub normals: Switch,
     /// Metres in a unit of length, for formats that are in metres (GLB) [default: the file's unit, else 1]
     #[arg(long, value_name = "METRES", value_parser = parse_positive, help_heading = "Output")]
     pub metres_per_unit: Option<f64>,
@@ -86,9 +84,6 @@ pub struct ContourSurfaceArgs {
     /// Value at the surface; of several each has its own file OUT_V
     #[arg(short, long, value_name = "V,...", value_parser = parse_isos, allow_hyphen_values = true)]
     pub iso: Option<IsoValues>,
-    /// How cells become triangles: classic, consistent and topological are marching cubes, the others tetrahedra
-    #[arg(long, value_name = "METHOD", default_value = "classic")]
-    pub method: MethodArg,
     /// Close the surface where the volume ends [default]
     #[arg(long, conflicts_with = "open")]
     pub closed: bool,
@@ -98,25 +93,52 @@ pub struct ContourSurfaceArgs {
     /// Keep the connected piece of largest area only
     #[arg(long)]
     pub largest: bool,
+    /// How cells become triangles: the first three are marching cubes, the others tetrahedra
+    #[arg(long, value_name = "METHOD", default_value = "classic")]
+    pub method: MethodArg,
+    /// Normals of vertices: from the samples' gradient or from the triangles around
+    #[arg(long, value_name = "FROM", default_value = "off")]
+    pub normals: VolumeNormalsArg,
 }
 
 /// How cells become triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArg {
-    /// By signs alone, the fastest
+    /// One table: by signs alone, the fastest.
     Classic,
-    /// Faces as the bilinear interpolant has them
+    /// Faces as the bilinear interpolant.
     Consistent,
-    /// Cells as the trilinear interpolant has them, with its tunnels
+    /// Cells as the trilinear interpolant, with its tunnels.
     Topological,
-    /// Five tetrahedra a cell
+    /// Five tetrahedra a cell.
     Tetra5,
-    /// Six tetrahedra a cell
+    /// Six tetrahedra a cell.
     Tetra6,
-    /// The body-centred lattice
+    /// The body-centred lattice.
     Bcc,
-    /// The same on a sheared lattice
+    /// The same on a sheared lattice.
     Simplex,
-    /// Body-centred, with well-shaped triangles
+    /// Body-centred, with well-shaped triangles.
     Regularised,
+}
+
+/// Where normals come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum VolumeNormalsArg {
+    /// None.
+    Off,
+    /// The samples.
+    Gradient,
+    /// The triangles.
+    Faces,
+}
+
+impl From<VolumeNormalsArg> for VertexNormals {
+    fn from(normals: VolumeNormalsArg) -> Self {
+        match normals {
+            VolumeNormalsArg::Off => Self::Off,
+            VolumeNormalsArg::Gradient => Self::Gradient,
+            VolumeNormalsArg::Faces => Self::Faces,
+        }
+    }
 }

@@ -82,14 +82,14 @@ pub struct SurfaceArgs {
     /// Particle radius, half the spacing at rest [default: inferred]
     #[arg(short, long, alias = "particle-radius", value_name = "LENGTH", value_parser = parse_positive)]
     pub radius: Option<f64>,
-    /// Scalar field, with :KEY=VALUE,...; see pellicle fields [default: sph]
+    /// Scalar field; pellicle fields lists them [default: sph]
     #[arg(long, value_name = "FIELD")]
     pub field: Option<String>,
-    /// Smoothing length in radii; larger is smoother [default: the field's; sph 2]
+    /// Smoothing length; larger is smoother [default: the field's; sph 2]
     #[arg(short = 'l', long)]
     #[arg(value_name = "RADII", value_parser = parse_positive)]
     pub smoothing_length: Option<f64>,
-    /// Edge of a lattice cell in radii; half: 4 times the faces
+    /// Edge of a lattice cell; half gives 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,
@@ -103,6 +103,20 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
+    /// Marching cubes, or five or six tetrahedra a cell
+    #[arg(long, value_name = "cubes|tetra5|tetra6", default_value = "cubes", hide_possible_values = true)]
+    pub method: CellArg,
+}
+
+/// How cells become triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CellArg {
+    /// Marching cubes.
+    Cubes,
+    /// Five tetrahedra a cell, alternating.
+    Tetra5,
+    /// Six tetrahedra a cell.
+    Tetra6,
 }
 
 /// What is done to a mesh once it is there.

@@ -9,13 +9,13 @@ use crate::failure::Failure;
 
 /// Runs the verb.
 pub fn run(_args: &FieldsArgs, console: &Console) -> Result<(), Failure> {
-    console.say(format_args!("{:<14}{:>5}{:>7}  own parameters, as --field NAME:KEY=VALUE,...", "field", "-l", "-t"));
+    console.say(format_args!("{:<24}{:>4}{:>5}  own parameters, as --field NAME:KEY=VALUE,...", "field", "-l", "-t"));
     for mut field in ScalarField::NAMES.into_iter().filter_map(ScalarField::from_name) {
-        let start = format!("{:<14}{:>5}{:>7}  ", field.name(), field.smoothing_length(), field.iso());
+        let start = format!("{:<24}{:>4}{:>5}  ", field.name(), field.smoothing_length(), field.iso());
         let lines: Vec<String> = field.parameters().iter().map(line).collect();
         for (i, line) in lines.iter().enumerate() {
             let start = if i == 0 { start.as_str() } else { "" };
-            console.say(format_args!("{start:<28}{line}"));
+            console.say(format_args!("{start:<35}{line}"));
         }
         if lines.is_empty() {
             console.say(format_args!("{start}none"));

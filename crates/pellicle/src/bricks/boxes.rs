@@ -101,10 +101,13 @@ impl Boxes {
         let (near, far) = edges(s, at[0]);
         let (per_reach_sq, strength) = (s.splat(1.0 / (particle.reach * particle.reach)), s.splat(particle.strength));
         let reach_sq = particle.reach * particle.reach;
+        let mut in_y = [[0.0; 2]; LANES];
+        for (y, in_y) in range[1].clone().zip(&mut in_y) {
+            *in_y = squares(y, at[1]);
+        }
         for z in range[2].clone() {
             let [near_z, far_z] = squares(z, at[2]);
-            for y in range[1].clone() {
-                let [near_y, far_y] = squares(y, at[1]);
+            for (y, [near_y, far_y]) in range[1].clone().zip(in_y) {
                 if near_y + near_z >= reach_sq {
                     continue;
                 }

@@ -91,12 +91,16 @@ impl Around for Surroundings<'_> {
         let in_r = s.mul(in_h, s.splat(0.25));
         let w = s.max(s.sub(s.splat(1.0), s.mul(in_r, s.sqrt(in_r))), s.splat(0.0));
         sums.weight = s.add(sums.weight, w);
-        let weighted = d.map(|v| s.mul(w, v));
+        let weighted = [s.mul(w, d[0]), s.mul(w, d[1]), s.mul(w, d[2])];
         for a in 0..3 {
             sums.first[a] = s.add(sums.first[a], weighted[a]);
         }
-        for (sum, (a, b)) in sums.second.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]) {
-            *sum = s.add(*sum, s.mul(weighted[a], d[b]));
+        let mut i = 0;
+        for a in 0..3 {
+            for b in a..3 {
+                sums.second[i] = s.add(sums.second[i], s.mul(weighted[a], d[b]));
+                i += 1;
+            }
         }
         let is_near = s.gt(w, s.splat(0.0));
         sums.count = s.add(sums.count, s.select(is_near, s.splat(1.0), s.splat(0.0)));
@@ -176,8 +180,11 @@ impl Shapes {
 /// G d.
 #[inline(always)]
 fn stretched<S: Simd>(s: S, d: [S::F; 3], row: Row<'_>) -> [S::F; 3] {
-    let g: [S::F; 6] = std::array::from_fn(|c| s.splat(row.get(c)));
-    let product = |i: usize, j: usize, k: usize| s.add(s.add(s.mul(g[i], d[0]), s.mul(g[j], d[1])), s.mul(g[k], d[2]));
+    // No closures over arrays in hot loops: they need not be inlined, and then run without the vector unit's instructions.
+    let product = |i: usize, j: usize, k: usize| {
+        let xy = s.add(s.mul(s.splat(row.get(i)), d[0]), s.mul(s.splat(row.get(j)), d[1]));
+        s.add(xy, s.mul(s.splat(row.get(k)), d[2]))
+    };
     [product(0, 1, 2), product(1, 3, 4), product(2, 4, 5)]
 }
 

@@ -157,12 +157,16 @@ impl<F: Copy> Spread<F> {
     pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], dist_sq: F, brings: Brings) {
         let [slope, k] = kernel(s, dist_sq, brings);
         self.centre.add_weighted(s, d, k, brings);
-        let steep = d.map(|v| s.mul(slope, v));
+        let steep = [s.mul(slope, d[0]), s.mul(slope, d[1]), s.mul(slope, d[2])];
         for a in 0..3 {
             self.first[a] = s.add(self.first[a], steep[a]);
         }
-        for (sum, (a, b)) in self.second.iter_mut().zip([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]) {
-            *sum = s.add(*sum, s.mul(steep[a], d[b]));
+        let mut i = 0;
+        for a in 0..3 {
+            for b in a..3 {
+                self.second[i] = s.add(self.second[i], s.mul(steep[a], d[b]));
+                i += 1;
+            }
         }
     }
 

@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box};
+use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box, points::distance};
 use crate::{
     field::{Field, Row},
     lattice::Coord,
@@ -119,25 +119,20 @@ fn proven_outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, first: 
     let half = 0.5 * step as f32;
     // Half of the cube's diagonal farther than a particle's reach from its middle, nothing reaches into the cube.
     let reach_sq = s.splat((1.0 + 2e-4 + 1.733 * half).powi(2));
-    let [px, py, pz] = near.axes();
+    let axes = near.axes();
     let columns = near.columns(F::COLUMNS);
     let mut proven = 0;
     for plane in 0..4 {
         let at = plane_nodes(s, first, plane, step);
-        let distance = |particle: usize| {
-            let d = [px, py, pz].map(|axis| s.splat(axis[particle]));
-            let d: [S::F; 3] = std::array::from_fn(|a| s.sub(at[a], d[a]));
-            (d, s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2])))
-        };
         let mut sums = field.zero(s);
         for particle in 0..near.len() {
-            let (d, dist_sq) = distance(particle);
+            let (d, dist_sq) = distance(s, at, axes, particle);
             field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
         }
         let aim = field.aim(s, sums);
         let mut least = s.splat(f32::MAX);
         for particle in 0..near.len() {
-            let (d, dist_sq) = distance(particle);
+            let (d, dist_sq) = distance(s, at, axes, particle);
             let clear = field.clearance(s, aim, d, Row { columns: &columns, particle });
             least = s.min(least, s.select(s.gt(dist_sq, reach_sq), least, clear));
         }

@@ -225,6 +225,40 @@ impl Columns {
         self.start.last().map_or(0, |&end| end as usize)
     }
 
+    /// Writes every span's entries, each at its column's cursor.
+    fn write_entries<const VARIED: bool>(&mut self, extent: Extent, len: usize) {
+        let width = extent.nodes[0];
+        // Slices of one length: one check serves all.
+        let (flat, level) = (&mut self.flat[..len], &mut self.level[..len]);
+        let (above, who) = (&mut self.above[..len], &mut self.who[..len]);
+        let (reaches, strength) = (&mut self.per_reach_sq[..], &mut self.strength[..]);
+        let cursors = &mut self.cursor[..];
+        for span in &self.spans {
+            let p = &self.particles[span.particle as usize];
+            let per_reach_sq = 1.0 / (p.reach * p.reach);
+            let dy = (i32::from(span.row) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
+            let dy_sq = dy * dy;
+            let (z, rest) = ((p.node[2] - extent.first[2]) as f32, p.offset[2]);
+            let particle = f32::from_bits(span.particle);
+            let row = usize::from(span.row) * width;
+            let columns = row + usize::from(span.first)..=row + usize::from(span.last);
+            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
+            for (cell, cursor) in (cell..).zip(&mut cursors[columns]) {
+                let dx = cell as f32 - p.offset[0];
+                let at = *cursor as usize;
+                *cursor += 1;
+                flat[at] = 1.0 - (dx * dx + dy_sq) * per_reach_sq;
+                level[at] = z;
+                above[at] = rest;
+                who[at] = particle;
+                if VARIED {
+                    reaches[at] = per_reach_sq;
+                    strength[at] = p.strength;
+                }
+            }
+        }
+    }
+
     /// The room that the present block needs.
     pub(crate) fn room(&self) -> Room {
         Room {
@@ -299,6 +333,7 @@ impl Columns {
         self.start.clear();
         self.start.resize(width * extent.nodes[1] + 2, 0);
         self.spans.clear();
+        let starts = &mut self.start[..];
         for (i, particle) in self.particles.iter().enumerate() {
             let (low, high) = extent.reached(particle, 1);
             let reach_sq = particle.reach * particle.reach;
@@ -315,9 +350,9 @@ impl Columns {
                 self.spans.push(Span { particle: i as u32, row, first, last });
                 // One more from `first` on, one less behind `last`: summed along the row below.
                 let at = usize::from(row) * width;
-                let begin = &mut self.start[at + usize::from(first)];
+                let begin = &mut starts[at + usize::from(first)];
                 *begin = begin.wrapping_add(1);
-                let behind = &mut self.start[at + usize::from(last) + 1];
+                let behind = &mut starts[at + usize::from(last) + 1];
                 *behind = behind.wrapping_sub(1);
             }
         }
@@ -341,28 +376,10 @@ impl Columns {
         let extra = if varied { len } else { 0 };
         self.per_reach_sq.resize(extra, 0.0);
         self.strength.resize(extra, 0.0);
-        for span in &self.spans {
-            let p = &self.particles[span.particle as usize];
-            let per_reach_sq = 1.0 / (p.reach * p.reach);
-            let dy = (i32::from(span.row) + extent.first[1] - p.node[1]) as f32 - p.offset[1];
-            let level = (p.node[2] - extent.first[2]) as f32;
-            let who = f32::from_bits(span.particle);
-            let row = usize::from(span.row) * width;
-            let columns = row + usize::from(span.first)..=row + usize::from(span.last);
-            let cell = i32::from(span.first) + extent.first[0] - p.node[0];
-            for (cell, cursor) in (cell..).zip(&mut self.cursor[columns]) {
-                let dx = cell as f32 - p.offset[0];
-                let at = *cursor as usize;
-                *cursor += 1;
-                self.flat[at] = 1.0 - (dx * dx + dy * dy) * per_reach_sq;
-                self.level[at] = level;
-                self.above[at] = p.offset[2];
-                self.who[at] = who;
-                if varied {
-                    self.per_reach_sq[at] = per_reach_sq;
-                    self.strength[at] = p.strength;
-                }
-            }
+        if varied {
+            self.write_entries::<true>(extent, len)
+        } else {
+            self.write_entries::<false>(extent, len)
         }
         let columns = width * extent.nodes[1];
         self.cursor.truncate(columns);
@@ -429,26 +446,30 @@ impl Columns {
             at += 1;
         }
         self.cursor[column] = at as u32;
-        near.len = 0;
         let here = s.splat(z as f32);
-        while at < end && self.level[at] <= highest {
-            let dz = s.sub(s.sub(here, s.load(&self.level[at..])), s.load(&self.above[at..]));
+        // In locals, so that nothing is written back between vectors.
+        let (levels, above, flat) = (&self.level[..], &self.above[..], &self.flat[..]);
+        let (to_u, to_strength, to_who) = (&mut near.u[..], &mut near.strength[..], &mut near.who[..]);
+        let (mut len, first_seen) = (0, at);
+        while at < end && levels[at] <= highest {
+            let dz = s.sub(s.sub(here, s.load(&levels[at..])), s.load(&above[at..]));
             let per_reach_sq =
                 if want.varied { s.load(&self.per_reach_sq[at..]) } else { s.splat(self.same_per_reach_sq) };
-            let u = s.sub(s.load(&self.flat[at..]), s.mul(s.mul(dz, dz), per_reach_sq));
+            let u = s.sub(s.load(&flat[at..]), s.mul(s.mul(dz, dz), per_reach_sq));
             let valid = ((1u32 << (end - at).min(LANES)) - 1) as u16;
             let within = s.gt(u, s.splat(0.0)) & valid;
-            s.compress(u, within, &mut near.u[near.len..]);
+            s.compress(u, within, &mut to_u[len..]);
             if want.varied {
-                s.compress(s.load(&self.strength[at..]), within, &mut near.strength[near.len..]);
+                s.compress(s.load(&self.strength[at..]), within, &mut to_strength[len..]);
             }
             if want.who {
-                s.compress(s.load(&self.who[at..]), within, &mut near.who[near.len..]);
+                s.compress(s.load(&self.who[at..]), within, &mut to_who[len..]);
             }
-            near.seen += u64::from(valid.count_ones());
-            near.len += within.count_ones() as usize;
+            len += within.count_ones() as usize;
             at += LANES;
         }
+        near.len = len;
+        near.seen += (at.min(end) - first_seen) as u64;
         near.kept += near.len as u64;
     }
 }

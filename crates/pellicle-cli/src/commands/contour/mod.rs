@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals};
 use pellicle_io::{Up, VolumeHeader};
 
-use crate::args::{ContourArgs, MethodArg, Switch};
+use crate::args::{ContourArgs, MethodArg};
 use crate::batch::{self, Made};
 use crate::choose::crop::Crop;
 use crate::clock::StageClock;
@@ -93,14 +93,12 @@ impl<'a> Job<'a> {
         let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
         let selection = Selection::new(&args.from, args.array.as_ref(), args.step);
         let method = Method::from(args.surface.method);
-        let normals = match (args.normals, method) {
-            (Switch::Off, _) => VertexNormals::Off,
-            (Switch::On, Method::Cubes(_)) => VertexNormals::Gradient,
-            (Switch::On, Method::Tetrahedra(_)) => {
-                let what = "--normals: of volumes they come with marching cubes only (--method classic, consistent, topological)";
-                return Err(Failure::Usage(what.into()));
-            }
-        };
+        let normals = VertexNormals::from(args.surface.normals);
+        if let (Method::Tetrahedra(_), VertexNormals::Gradient | VertexNormals::Faces) = (method, normals) {
+            let what =
+                "--normals: of volumes they come with marching cubes only (--method classic, consistent, topological)";
+            return Err(Failure::Usage(what.into()));
+        }
         let level = if let Method::Cubes(level) = method { level } else { Level::default() };
         Ok(Self {
             selection: Selection { crop, scale: args.scale, ..selection },

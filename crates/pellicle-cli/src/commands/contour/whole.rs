@@ -1,6 +1,6 @@
 //! Volumes that memory holds: all isovalues in one pass over the samples.
 
-use pellicle::{Border, Contour, Control, Mesh, Volume, contour_tetrahedra};
+use pellicle::{Border, Contour, Control, Mesh, VertexNormals, Volume, contour_tetrahedra};
 use pellicle_io::{VolumeData, VolumeFile, each_sample_type};
 
 use super::output::Surface;
@@ -25,6 +25,9 @@ impl Task<'_> {
         // A bit for each sample and isovalue tells its side.
         let needed = header.bytes() + header.count() as u64 / 8 * job.isos.len() as u64;
         let why_not = file.why_no_layers().or(match job.method {
+            Method::Cubes(_) if job.params.normals == VertexNormals::Faces => {
+                Some("normals by faces want the whole mesh (use --normals gradient)")
+            }
             Method::Cubes(_) => None,
             Method::Tetrahedra(_) => Some("marching tetrahedra want the whole volume (use another --method)"),
         });
