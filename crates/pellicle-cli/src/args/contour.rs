@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use pellicle::{Level, Tetrahedra, VertexNormals};
+use pellicle::VertexNormals;
 
 use super::input::UpArg;
 use super::volume::VolumeArgs;
@@ -93,8 +93,7 @@ pub struct ContourSurfaceArgs {
     /// Keep the connected piece of largest area only
     #[arg(long)]
     pub largest: bool,
-    /// Marching cubes, with cells of ambiguous signs as the table has it, with faces by the asymptotic decider, or as the
-    /// trilinear interpolant; or tetrahedra
+    /// How cells become triangles: the first three are marching cubes, the others tetrahedra
     #[arg(long, value_name = "METHOD", default_value = "classic")]
     pub method: MethodArg,
     /// Normals of vertices: from the samples' gradient or from the triangles around
@@ -102,53 +101,25 @@ pub struct ContourSurfaceArgs {
     pub normals: VolumeNormalsArg,
 }
 
-/// How true a surface is to its samples.
+/// How cells become triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArg {
-    /// One table.
+    /// One table: by signs alone, the fastest.
     Classic,
     /// Faces as the bilinear interpolant.
     Consistent,
-    /// Cells as the trilinear interpolant.
+    /// Cells as the trilinear interpolant, with its tunnels.
     Topological,
-    /// Five tetrahedra a cell, alternating.
+    /// Five tetrahedra a cell.
     Tetra5,
     /// Six tetrahedra a cell.
     Tetra6,
-    /// Body-centred tetrahedra.
+    /// The body-centred lattice.
     Bcc,
-    /// The simplex lattice.
+    /// The same on a sheared lattice.
     Simplex,
-    /// Body-centred, with nodes moved onto the surface.
+    /// Body-centred, with well-shaped triangles.
     Regularised,
-}
-
-impl MethodArg {
-    /// The tetrahedra, if it is by tetrahedra.
-    pub fn tetrahedra(self) -> Option<Tetrahedra> {
-        match self {
-            Self::Classic | Self::Consistent | Self::Topological => None,
-            Self::Tetra5 => Some(Tetrahedra::Five),
-            Self::Tetra6 => Some(Tetrahedra::Six),
-            Self::Bcc => Some(Tetrahedra::BodyCentred),
-            Self::Simplex => Some(Tetrahedra::Simplex),
-            Self::Regularised => Some(Tetrahedra::Regularised),
-        }
-    }
-}
-
-impl From<MethodArg> for Level {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Classic => Self::Classic,
-            // Tetrahedra have no ambiguous cells.
-            MethodArg::Tetra5 | MethodArg::Tetra6 | MethodArg::Bcc | MethodArg::Simplex | MethodArg::Regularised => {
-                Self::Classic
-            }
-            MethodArg::Consistent => Self::Consistent,
-            MethodArg::Topological => Self::Topological,
-        }
-    }
 }
 
 /// Where normals come from.
