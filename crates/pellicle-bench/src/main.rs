@@ -2,6 +2,7 @@
 
 mod contour;
 mod convergence;
+mod draw_order;
 mod fields;
 mod rivals;
 mod rosenberg;
@@ -23,6 +24,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("convergence", "", convergence::run),
     ("tetrahedra", "[--json]", tetrahedra::run),
     ("walk", "", walk::run),
+    ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),

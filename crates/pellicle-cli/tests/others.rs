@@ -100,6 +100,25 @@ fn check_judges_by_words_json_and_exit_code() {
 }
 
 #[test]
+fn demo_of_a_show_makes_pictures_and_says_what_to_type_next() {
+    let folder = Folder::new();
+    for show in ["fountain", "blob", "explosion", "monster"] {
+        let run = folder.run(&["demo", show, "--frames", "2", "--size", "80x60"]).expect(0);
+        assert!(run.stdout.contains("Next:") && run.stdout.contains(&format!("{show}_0001.png")), "{}", run.stdout);
+        folder.run(&["demo", show, "--frames", "2", "--size", "80x60", "--output-dir", "d", "-q"]).expect(1);
+    }
+    assert_eq!(folder.files().len(), 8);
+    std::fs::create_dir(folder.path("d")).unwrap();
+    folder.run(&["demo", "monster", "--frames", "2", "--size", "80x60", "--output-dir", "d", "-q"]).expect(0);
+    let copies = ["monster_0001.png", "d/monster_0001.png"].map(|name| std::fs::read(folder.path(name)).unwrap());
+    assert!(copies[0] == copies[1], "the show is the same every time");
+    let report = folder.run(&["demo", "blob", "--frames", "1", "--size", "80x60", "--json"]).expect(0).json();
+    assert!(report["triangles"].as_u64().unwrap() > 10_000, "{report}");
+    folder.run(&["demo", "blob", "--frames", "0"]).expect(2);
+    folder.run(&["demo", "opera"]).expect(2);
+}
+
+#[test]
 fn demo_makes_a_closed_surface_and_says_what_to_type_next() {
     let folder = Folder::new();
     let run = folder.run(&["demo"]).expect(0);

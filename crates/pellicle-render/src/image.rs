@@ -28,6 +28,16 @@ impl Image {
         Ok(Self::of(width, height, color.0.repeat(width as usize * height as usize)))
     }
 
+    /// A picture made pixel by pixel: `color` of x from the left and y from the top.
+    ///
+    /// # Errors
+    /// As [`filled`](Self::filled).
+    pub fn from_fn(width: u32, height: u32, mut color: impl FnMut(u32, u32) -> Color) -> Result<Self, Error> {
+        check_size(u64::from(width), u64::from(height))?;
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        Ok(Self::of(width, height, places.flat_map(|(x, y)| color(x, y).0).collect()))
+    }
+
     /// In pixels.
     pub const fn width(&self) -> u32 {
         self.width

@@ -49,6 +49,7 @@ mod settings;
 mod stage;
 mod surface;
 mod text;
+mod texture;
 mod vector;
 mod view;
 
@@ -61,3 +62,4 @@ pub use image::Image;
 pub use page::{Page, page};
 pub use scene::{Layer, Paint, Radius, Scalars, Scene, Shading, Spheres, Surface, Wireframe};
 pub use settings::{Background, Bars, Samples, Settings};
+pub use texture::Texture;

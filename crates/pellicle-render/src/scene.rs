@@ -6,6 +6,7 @@ use pellicle::{Attribute, Mesh, Positions, VertexAttribute};
 
 use crate::bounds::Bounds;
 use crate::color::Color;
+use crate::texture::Texture;
 
 /// Layers that share one space: each hides what is behind it, also of other layers. Of two at exactly the same depth the
 /// one that comes first is seen.
@@ -72,6 +73,8 @@ pub enum Paint<'a> {
     },
     /// A value per vertex or sphere, shown by color with a color bar.
     Scalars(Scalars<'a>),
+    /// A picture, placed by coordinates at every vertex; a sphere has the color at its own.
+    Texture(Texture<'a>),
 }
 
 impl Paint<'_> {

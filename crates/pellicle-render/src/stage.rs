@@ -11,6 +11,7 @@ use crate::Error;
 use crate::color::{Color, Light};
 use crate::raster::{Ball, Bins, Corner, Grid, NOTHING, pieces};
 use crate::scene::{Layer, Paint, Radius, Scalars, Scene, Shading, Spheres, Surface};
+use crate::texture::Pyramid;
 use crate::vector::{Vec3, add, sub};
 use crate::view::View;
 
@@ -50,6 +51,7 @@ pub(crate) enum Coat<'a> {
     Plain(Light),
     Sides { outside: Light, inside: Light },
     Scalars { values: &'a [f32], range: [f64; 2] },
+    Texture(Pyramid<'a>),
 }
 
 /// What a color bar shows.
@@ -229,6 +231,7 @@ impl<'a> Coat<'a> {
                 }
                 Self::Scalars { values: &scalars.values, range: range_of(scalars, scene)? }
             }
+            Paint::Texture(texture) => Self::Texture(Pyramid::new(texture, vertices)?),
         })
     }
 }

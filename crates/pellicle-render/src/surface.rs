@@ -21,6 +21,7 @@ pub(crate) fn seen(stage: &Stage<'_>, id: u32, x: f64, y: f64) -> Light {
                 Coat::Plain(light) => *light,
                 Coat::Sides { outside, inside: within } => *if inside { within } else { outside },
                 Coat::Scalars { values, range } => colored(values[index], *range),
+                Coat::Texture(pyramid) => pyramid.of_vertex(index),
             };
             // Towards the outline spheres darken a little: touching ones stay apart.
             let viewer = towards_viewer(ray.back());
@@ -45,13 +46,14 @@ fn facet(facets: &Facets<'_>, coat: &Coat<'_>, view: &View, index: usize, place:
     let (weights, front) = (within(raw), plane.faces(&ray));
     let sum = |values: [f32; 3]| values[0] * weights[0] + values[1] * weights[1] + values[2] * weights[2];
 
+    let step = |x: f64, y: f64| plane.weights(&view.ray(place[0] + x, place[1] + y));
     let (mut albedo, finish) = match coat {
         Coat::Plain(light) => (*light, Finish::WET),
         Coat::Sides { outside, inside } => (*if front { outside } else { inside }, Finish::DULL),
         Coat::Scalars { values, range } => (colored(sum(triangle.map(|v| values[v as usize])), *range), Finish::DULL),
+        Coat::Texture(pyramid) => (pyramid.of_triangle(triangle, weights, step(1.0, 0.0), step(0.0, 1.0)), Finish::WET),
     };
     if let Some(wire) = &facets.surface.wireframe {
-        let step = |x: f64, y: f64| plane.weights(&view.ray(place[0] + x, place[1] + y));
         albedo = mix(albedo, wire.color.light(), covered(wire, raw, step(1.0, 0.0), step(0.0, 1.0)));
     }
 

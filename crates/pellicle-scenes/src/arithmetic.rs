@@ -61,6 +61,24 @@ pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The angle of the direction (x, y) in turns, from −½ to ½; 0 if both are 0. Accurate to 2e-6.
+///
+/// Source: Abramowitz & Stegun, "Handbook of mathematical functions", 1964, equation 4.4.49.
+#[cfg(feature = "skin")]
+pub(crate) fn turns_of(y: f32, x: f32) -> f32 {
+    let (least, most) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
+    if most == 0.0 {
+        return 0.0;
+    }
+    let a = least / most;
+    let aa = a * a;
+    let arc = a * (0.999_866 + aa * (-0.330_299_5 + aa * (0.180_141 + aa * (-0.085_133 + aa * 0.020_835_1))));
+    let eighth = arc / std::f32::consts::TAU;
+    let quarter = if y.abs() > x.abs() { 0.25 - eighth } else { eighth };
+    let half = if x < 0.0 { 0.5 - quarter } else { quarter };
+    if y < 0.0 { -half } else { half }
+}
+
 /// The inner product.
 pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -83,6 +101,21 @@ mod tests {
             let (s, c) = (turns * std::f64::consts::TAU).sin_cos();
             assert!((sin - s).abs() < 1e-14 && (cos - c).abs() < 1e-14, "{turns}: {sin} {s}, {cos} {c}");
         }
+    }
+
+    #[cfg(feature = "skin")]
+    #[test]
+    fn turns_agree_with_the_standard_library() {
+        for i in 0..4000 {
+            let angle = (i as f32 - 2000.0) / 2000.0 * std::f32::consts::PI;
+            for length in [1e-3, 1.0, 400.0] {
+                let (y, x) = (length * angle.sin(), length * angle.cos());
+                let off = turns_of(y, x) - y.atan2(x) / std::f32::consts::TAU;
+                // Half a turn either way is the same.
+                assert!((off - off.round()).abs() < 3e-6, "{angle}: {off}");
+            }
+        }
+        assert_eq!(turns_of(0.0, 0.0), 0.0);
     }
 
     #[test]

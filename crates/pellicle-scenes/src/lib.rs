@@ -23,9 +23,13 @@ mod random;
 
 pub use random::Random;
 mod show;
+#[cfg(feature = "skin")]
+mod skin;
 mod splash;
 
 pub use show::{Balls, FRAMES, ISO, Limb, Play, SUPPORT, Show};
+#[cfg(feature = "skin")]
+pub use skin::{LimbSkin, Wrap};
 pub use splash::splash;
 
 /// Particles of one moment.

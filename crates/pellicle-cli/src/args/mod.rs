@@ -12,14 +12,16 @@ mod render;
 mod sequence;
 mod volume;
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use crate::values::parse_pixels;
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
-pub use contour::ContourArgs;
+pub use contour::{ContourArgs, MethodArg};
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
-pub use mesh::{BandArg, MeshArgs, Switch};
+pub use mesh::{BandArg, CellArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
 pub use sequence::{FrameArgs, WatchArgs};
 pub use volume::{EndianArg, VolumeArgs};
@@ -230,12 +232,20 @@ pub struct CheckArgs {
 }
 
 /// What `demo` shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum DemoArg {
     /// A splash of particles and its surface
     Splash,
     /// Inverse-square metaballs by tetrahedra, in object, view and post-projection space, and with noise
     Metaballs,
+    /// Frame by frame: a jet of water, up to 3000 particles
+    Fountain,
+    /// Frame by frame: 100 particles that stretch, part and meet
+    Blob,
+    /// Frame by frame: 1000 particles that fly apart
+    Explosion,
+    /// Frame by frame: 250 particles with tentacles and a hide
+    Monster,
 }
 
 /// `demo`.
@@ -245,7 +255,13 @@ pub struct DemoArgs {
     /// What to show
     #[arg(value_name = "WHAT", default_value = "splash")]
     pub what: DemoArg,
-    /// Folder for the files, demo.ply and others, or metaballs.ply and others; it must exist
+    /// Pictures of what moves frame by frame, WHAT_0000.png and on, spread over its 300 frames
+    #[arg(long, value_name = "N", default_value = "60")]
+    pub frames: NonZeroUsize,
+    /// Width and height of these pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "960x720", value_parser = parse_pixels)]
+    pub size: (u32, u32),
+    /// Folder for the files: demo.ply and others, metaballs.ply and others, or pictures; it must exist
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub output_dir: PathBuf,
     /// How much is said.

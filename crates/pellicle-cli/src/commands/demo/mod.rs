@@ -1,11 +1,13 @@
-//! `demo`: a splash of particles, made here and now, its surface, and pictures of both. No data are needed.
+//! `demo`, alone: a splash of particles, made here and now, its surface, and pictures of both. No data are needed.
+
+mod show;
 
 use std::path::{Path, PathBuf};
 
 use pellicle::{Carry, Params, Reconstructor};
 use pellicle_io::{PositionData, Up, WriteOptions, check_writable, write_file, write_mesh};
 use pellicle_render::{Framing, Image, Page, Scene, Settings, draw, page};
-use pellicle_scenes::splash;
+use pellicle_scenes::{Show, splash};
 use serde_json::json;
 
 use crate::args::{DemoArg, DemoArgs};
@@ -37,6 +39,10 @@ pub fn run(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     match args.what {
         DemoArg::Splash => show_splash(args, console),
         DemoArg::Metaballs => super::demo_metaballs::run(args, console),
+        DemoArg::Fountain => show::run(Show::Fountain, args, console),
+        DemoArg::Blob => show::run(Show::Blob, args, console),
+        DemoArg::Explosion => show::run(Show::Explosion, args, console),
+        DemoArg::Monster => show::run(Show::Monster, args, console),
     }
 }
 
@@ -69,6 +75,7 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            tetrahedra: None,
             finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
@@ -105,7 +112,8 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
          pellicle check {ply}             is it closed?\n  \
          pellicle mesh FRAME.vtk             your own particles\n  \
          pellicle mesh frame_####.vtk -o out/   and all of them\n  \
-         pellicle mesh --help                every option"
+         pellicle mesh --help                every option\n  \
+         pellicle demo monster               250 particles that move, a picture a frame"
     ));
     console.report(|| {
         json!({
