@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from check_mesh import defects, judge, load
-from conftest import DATA, assert_done, assert_failed
+from conftest import DATA, assert_done, assert_failed, slow
 from scipy import ndimage
 
 VOLUMES = DATA / "volumes"
@@ -233,3 +233,112 @@ def test_options_are_kept_in_a_file(pellicle, out, ball):
     (out / "job.toml").write_text(printed.stdout)
     assert_done(pellicle("contour", "--config", out / "job.toml", "-o", out / "k.ply"))
     assert (out / "k_100.ply").exists() and (out / "k_128.ply").exists()
+
+
+METHODS = ["classic", "consistent", "topological", "tetra5", "tetra6", "bcc", "simplex", "regularised"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_makes_the_torus(pellicle, out, method):
+    found, report = contour(pellicle, volume("torus48.mhd"), 0, out / "a.ply", "--method", method)
+    answer = answers()["torus48"]
+    assert report["method"] == method and not defects(found)
+    assert found["components"] == 1 and found["euler"] == 0
+    assert found["area"] == pytest.approx(answer["area"], rel=0.03) and found["volume"] == pytest.approx(answer["volume"], rel=0.03)
+
+
+def test_normals_point_outward_and_are_refused_where_there_are_none(pellicle, out, ball):
+    from plyfile import PlyData
+
+    for kind in ("gradient", "faces"):
+        assert_done(pellicle("contour", ball, "--iso", 128, "--largest", "--normals", kind, "-o", out / "n.ply"))
+        vertex = PlyData.read(out / "n.ply")["vertex"]
+        place = np.stack([vertex[a] for a in "xyz"], axis=1) - [15, 14, 13]
+        normal = np.stack([vertex[f"n{a}"] for a in "xyz"], axis=1)
+        assert np.allclose(np.linalg.norm(normal, axis=1), 1, atol=1e-5)
+        assert (np.einsum("ij,ij->i", normal, place) / np.linalg.norm(place, axis=1)).min() > 0.8
+    assert_failed(pellicle("contour", ball, "--iso", 1, "--normals", "faces", "--method", "bcc"), "marching cubes", code=2)
+
+
+@pytest.fixture(scope="module")
+def waves(tmp_path_factory):
+    """200 samples along x, 180 along y, 220 along z: 32 MB of single precision with a surface everywhere."""
+    z, y, x = np.ogrid[:220, :180, :200]
+    values = np.sin(x / 7) * np.cos(y / 9) + np.sin(y / 8) * np.cos(z / 11) + np.sin(z / 10) * np.cos(x / 12)
+    folder = tmp_path_factory.mktemp("waves")
+    values = values.astype("<f4")
+    np.save(folder / "waves.npy", values)
+    values.tofile(folder / "waves.raw")
+    header = "NDims = 3\nDimSize = 200 180 220\nElementSpacing = 0.5 1 2\nOffset = 1 2 3\nElementType = MET_FLOAT\nElementDataFile = waves.raw\n"
+    (folder / "waves.mhd").write_text(header)
+    nrrd = "NRRD0004\ntype: float\ndimension: 3\nsizes: 200 180 220\nendian: little\nspacings: 0.5 1 2\nencoding: "
+    (folder / "waves.nrrd").write_bytes(f"{nrrd}raw\n\n".encode() + values.tobytes())
+    (folder / "packed.nrrd").write_bytes(f"{nrrd}gzip\n\n".encode() + gzip.compress(values.tobytes(), 1))
+    shorts = (values * 5000).astype(">i2")
+    nii = np.zeros(352, "u1")
+    nii[:4] = np.frombuffer(np.array(348, ">i4").tobytes(), "u1")
+    nii[40:56] = np.frombuffer(np.array([3, 200, 180, 220, 1, 1, 1, 1], ">i2").tobytes(), "u1")
+    nii[70:72] = np.frombuffer(np.array(4, ">i2").tobytes(), "u1")
+    nii[108:120] = np.frombuffer(np.array([352, -0.0002, 0.25], ">f4").tobytes(), "u1")
+    nii[344:348] = list(b"n+1\0")
+    (folder / "waves.nii").write_bytes(nii.tobytes() + shorts.tobytes())
+    return folder
+
+
+# What 32 MB of samples do not fit into, but their layers do.
+LITTLE = ["--max-memory", "24M"]
+
+
+@pytest.mark.parametrize("name, options", [
+    ("waves.npy", []),
+    ("waves.npy", ["--open", "--method", "consistent"]),
+    ("waves.npy", ["--crop", "20,30,40", "150,-,200"]),
+    ("waves.npy", ["--normals", "gradient"]),
+    ("waves.mhd", ["--method", "topological"]),
+    ("waves.nrrd", []),
+    ("packed.nrrd", []),
+    ("waves.nii", []),
+    ("waves.raw", ["--dims", "200,180,220"]),
+])  # fmt: skip
+def test_layer_by_layer_gives_the_same_bytes(pellicle, out, waves, name, options):
+    little = ["--max-memory", "12M"] if name == "waves.nii" else LITTLE
+    for end in ("ply", "obj"):
+        runs = []
+        # A cut has less surface: its mesh, for which OBJ needs memory, fits.
+        if end == "obj" and "--crop" not in options:
+            continue
+        for how, limit in (("whole", []), ("layers", little)):
+            path = out / f"{how}.{end}"
+            process = pellicle("contour", waves / name, "--iso", 0.5, "-o", path, "--json", *options, *limit)
+            assert_done(process)
+            report = json.loads(process.stdout)
+            assert report["streamed"] == (how == "layers") and report["surfaces"][0]["triangles"] > 100000
+            runs.append(path.read_bytes())
+        assert runs[0] == runs[1]
+
+
+def test_what_cannot_go_layer_by_layer_says_why(pellicle, out, waves):
+    refused = lambda *options: pellicle("contour", waves / "waves.npy", "--iso", 0.5, "-o", out / "a.obj", *options, *LITTLE)
+    assert_failed(refused("--method", "tetra6"), "marching tetrahedra", "--max-memory")
+    assert_failed(refused(), "only PLY", "--max-memory")
+    np.save(out / "fortran.npy", np.asfortranarray(np.load(waves / "waves.npy")))
+    assert_failed(pellicle("contour", out / "fortran.npy", "--iso", 0.5, *LITTLE), "Fortran order", "24.0 MiB")
+    process = pellicle("contour", waves / "waves.npy", "--iso", "99", "-o", out / "a.ply", *LITTLE)
+    assert_done(process)
+    assert "values go from" in process.stderr and b"element face 0\n" in (out / "a.ply").read_bytes()
+
+
+@slow
+def test_2_to_the_31_cells_in_200_megabytes(pellicle, out):
+    """A file with holes, with a ball of 10 samples in its last corner, beyond what 32 bits count."""
+    path = out / "huge.raw"
+    with open(path, "wb") as file:
+        file.truncate(2049 * 1025 * 1025)
+        for z, y in np.ndindex(10, 10):
+            file.seek(((1010 + z) * 1025 + 1010 + y) * 2049 + 2030)
+            file.write(bytes([200] * 10))
+    dims = ["--dims", "2049,1025,1025", "--type", "u8"]
+    found, report = contour(pellicle, path, 100, out / "a.ply", *dims, "--max-memory", "200M")
+    assert report["streamed"] and report["peak_memory_bytes"] < 200 << 20
+    assert found["components"] == 1 and found["euler"] == 2 and not defects(found)
+    assert 2029 < load(out / "a.ply")[0][:, 0].min() < 2030

@@ -11,9 +11,12 @@ const SIDE: usize = 64;
 /// Sizes of the cache, in samples.
 const CACHES: [usize; 7] = [16, 32, 64, 128, 512, 2048, 8192];
 
+/// Coordinates of the cell at a place of the walk.
+type Walk = fn(usize) -> [usize; 3];
+
 /// See the module.
 pub fn run(_: &[String]) -> Result<(), String> {
-    let walks: [(&str, fn(usize) -> [usize; 3]); 3] =
+    let walks: [(&str, Walk); 3] =
         [("linear", linear), ("swizzled", swizzled), ("bricks of 4³, in Morton order", bricks)];
     for (what, corners) in [("tetrahedra, six a cell", &SIX[..]), ("cells", &CELL[..])] {
         println!("\n| {what}: walk | {} |", CACHES.map(|n| n.to_string()).join(" | "));

@@ -20,7 +20,7 @@ use crate::picture;
 use crate::plan::Frame;
 use crate::resolve::MeshJob;
 use crate::spray;
-use crate::surface::{Made, Order, make};
+use crate::surface::{Made, Order, make, method_name};
 use crate::target::Target;
 use crate::values::{show_bytes, show_many, show_number, show_vertices};
 
@@ -139,6 +139,7 @@ impl Loaded {
             target: &target,
             up: job.up,
             keep_mesh: frame.png.is_some(),
+            tetrahedra: job.tetrahedra,
             finishing: job.finishing,
         };
         let made = make(&cloud, &order, reconstructor, &self.clock);
@@ -256,6 +257,7 @@ impl Outcome {
             "cell_size": params.cell_size,
             "threshold": params.iso,
             "band": format!("{:?}", params.band).to_lowercase(),
+            "method": job.tetrahedra.map_or("cubes", |split| method_name(split)),
             "normals": params.normals,
             "attributes": self.attributes,
             "drop_invalid": job.choice.invalid == Invalid::Drop,

@@ -4,10 +4,10 @@
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use pellicle::{Band, Lanes, Params};
+use pellicle::{Band, Lanes, Params, Tetrahedra};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 
-use crate::args::{BandArg, FrameArgs, InputArgs, MeshArgs, Switch};
+use crate::args::{BandArg, CellArg, FrameArgs, InputArgs, MeshArgs, Switch};
 use crate::choose::crop::Crop;
 use crate::choose::expression::Expression;
 use crate::choose::transform::SCALED;
@@ -30,6 +30,8 @@ pub struct MeshJob {
     pub params: Params,
     /// The attribute with each particle's own radius.
     pub radius_attribute: Option<String>,
+    /// Tetrahedra in place of marching cubes.
+    pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh.
     pub finishing: Finishing,
     /// How to read particles.
@@ -141,6 +143,11 @@ impl MeshJob {
             radius: args.surface.radius,
             params: params(args, machine::lanes_from_environment()?)?,
             radius_attribute: args.surface.radius_attribute.clone(),
+            tetrahedra: match args.surface.method {
+                CellArg::Cubes => None,
+                CellArg::Tetra5 => Some(Tetrahedra::Five),
+                CellArg::Tetra6 => Some(Tetrahedra::Six),
+            },
             finishing: Finishing::new(args.finish.smooth, args.finish.keep),
             read,
             choice,

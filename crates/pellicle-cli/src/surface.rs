@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::path::Path;
 
 use pellicle::post::Finish;
-use pellicle::{Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, crowding};
+use pellicle::{
+    Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, crowding,
+};
 use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
 use crate::clock::StageClock;
@@ -36,6 +38,8 @@ pub struct Order<'a> {
     pub up: Up,
     /// Whether the mesh is wanted in memory too, for a picture of it.
     pub keep_mesh: bool,
+    /// Tetrahedra in place of marching cubes.
+    pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh before it is written.
     pub finishing: Finishing,
 }
@@ -75,16 +79,30 @@ pub fn make(
     let mut attributes = cloud.attributes();
     attributes.extend(crowding.as_ref().map(|values| Attribute::new(CROWDING, 1, values)));
 
-    let surface = reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?;
-    let (mut vertices, mut triangles) = (surface.vertex_count(), surface.triangle_count());
-    let stats = surface.stats();
-    clock.begin("write");
     let path = order.target.path();
     let (mut kept, mut left_out) = (None, Vec::new());
-    if order.target.is_stream() && !order.keep_mesh && finish.is_nothing() {
-        write_stream(&surface, &attributes, &params, order)?;
+    let made = match order.tetrahedra {
+        Some(split) => Source::Whole(
+            reconstructor
+                .sort(cloud.positions(), &attributes, &params, &control)
+                .and_then(|sorted| sorted.weigh()?.sample()?.tetrahedra(split))
+                .map_err(core)?,
+        ),
+        None => {
+            Source::Counted(reconstructor.extract(cloud.positions(), &attributes, &params, &control).map_err(core)?)
+        }
+    };
+    let stats = made.stats();
+    let (mut vertices, mut triangles) = (stats.vertices as usize, stats.triangles as usize);
+    clock.begin("write");
+    if let Source::Counted(surface) = &made
+        && order.target.is_stream()
+        && !order.keep_mesh
+        && finish.is_nothing()
+    {
+        write_stream(surface, &attributes, &params, order)?;
     } else {
-        let mut mesh = surface.to_mesh().map_err(core)?;
+        let mut mesh = made.into_mesh().map_err(core)?;
         if !finish.is_nothing() {
             clock.begin("finish");
             check_memory(&finish, &mesh, &params, order)?;
@@ -100,6 +118,39 @@ pub fn make(
     }
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
     Ok(Made { vertices, triangles, bytes, stats, mesh: kept, left_out })
+}
+
+/// A surface that is counted, or already there.
+enum Source<'a> {
+    Counted(Surface<'a>),
+    Whole((Mesh, Stats)),
+}
+
+impl Source<'_> {
+    fn stats(&self) -> Stats {
+        match self {
+            Self::Counted(surface) => surface.stats(),
+            Self::Whole((_, stats)) => *stats,
+        }
+    }
+
+    fn into_mesh(self) -> Result<Mesh, pellicle::Error> {
+        match self {
+            Self::Counted(surface) => surface.to_mesh(),
+            Self::Whole((mesh, _)) => Ok(mesh),
+        }
+    }
+}
+
+/// What the option is called.
+pub fn method_name(split: Tetrahedra) -> &'static str {
+    match split {
+        Tetrahedra::Five => "tetra5",
+        Tetrahedra::Six => "tetra6",
+        Tetrahedra::BodyCentred => "bcc",
+        Tetrahedra::Simplex => "simplex",
+        Tetrahedra::Regularised => "regularised",
+    }
 }
 
 /// What the crowding of particles is called while it travels to the vertices.
@@ -210,6 +261,7 @@ impl Order<'_> {
             lines.push(format!("field {}", field::show(field)));
         }
         lines.push(format!("smoothing_length {smoothing_length} radii, cell_size {cell_size} radii, threshold {iso}"));
+        lines.extend(self.tetrahedra.map(|split| format!("method {}", method_name(split))));
         lines.extend(self.finishing.record());
         lines
     }

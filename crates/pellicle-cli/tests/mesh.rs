@@ -243,3 +243,20 @@ fn a_cell_beyond_the_kernel_is_warned_about() {
     let run = folder.run(&["mesh", "frame.xyz", "-r", "0.5", "-c", "100"]).expect(0);
     assert!(run.stderr.contains("warning: ") && run.stderr.contains("-c"), "{}", run.stderr);
 }
+
+#[test]
+fn tetrahedra_make_a_closed_surface_of_the_same_volume_with_normals_and_attributes() {
+    let folder = Folder::new();
+    folder.write_xyz("frame.xyz", &cube(6));
+    let volume = |method: &str| {
+        let out = format!("{method}.ply");
+        folder.run(&["mesh", "frame.xyz", "--method", method, "--normals", "on", "-o", &out]).expect(0);
+        let report = folder.run(&["check", &out, "--json"]).expect(0).json();
+        assert_eq!(report["closed_manifold"], true);
+        (report["signed_volume"].as_f64().unwrap(), report["triangles"].as_u64().unwrap())
+    };
+    let (cubes, five, six) = (volume("cubes"), volume("tetra5"), volume("tetra6"));
+    assert!((five.0 / cubes.0 - 1.0).abs() < 0.01 && (six.0 / cubes.0 - 1.0).abs() < 0.01);
+    assert!(cubes.1 < five.1 && five.1 < six.1);
+    folder.run(&["mesh", "frame.xyz", "--method", "bcc"]).expect(2);
+}

@@ -172,3 +172,35 @@ fn a_warped_lattice_gives_a_closed_surface_of_the_worlds_function() {
         assert!(Deviation::by(&mesh, 20_000, |p| ball(p).abs()).max < 5e-3, "{split:?}");
     }
 }
+
+#[test]
+fn particles_by_tetrahedra_are_closed_with_the_cubes_volume_normals_and_attributes() {
+    use pellicle::{Attribute, Params, Reconstructor};
+    let positions: Vec<[f32; 3]> =
+        (0..600).map(|i| [i % 10, i / 10 % 10, i / 100].map(|v| v as f32 * 0.1 + (v * i % 7) as f32 * 0.01)).collect();
+    let heights: Vec<f32> = positions.iter().map(|p| p[2]).collect();
+    let attributes = [Attribute::new("height", 1, &heights)];
+    let params = Params { normals: true, ..Params::new(0.05) };
+    let mut reconstructor = Reconstructor::new();
+    let control = Control::default();
+    let cubes = reconstructor.extract((&positions).into(), &attributes, &params, &control).expect("good");
+    let cubes = Report::of(&cubes.to_mesh().expect("good"));
+    for split in Tetrahedra::ALL {
+        let sampled = reconstructor.sort((&positions).into(), &attributes, &params, &control).expect("good");
+        let made = sampled.weigh().expect("good").sample().expect("good").tetrahedra(split);
+        if !matches!(split, Tetrahedra::Five | Tetrahedra::Six) {
+            assert!(matches!(made, Err(Error::Parameter { .. })));
+            continue;
+        }
+        let (mesh, stats) = made.expect("good");
+        assert_eq!((stats.particles, stats.vertices), (600, mesh.vertices.len() as u64));
+        let report = Report::of(&mesh);
+        assert!(report.closed_manifold() && report.unused_vertices == 0, "{split:?} {report:?}");
+        assert!((report.signed_volume / cubes.signed_volume - 1.0).abs() < 0.01, "{split:?} {report:?} {cubes:?}");
+        for (i, n) in mesh.normals.iter().enumerate() {
+            let (v, height) = (mesh.position(i), mesh.attributes[0].values[i]);
+            assert!((n.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-4);
+            assert!((f64::from(height) - v[2]).abs() < 0.12, "{v:?} {height}");
+        }
+    }
+}

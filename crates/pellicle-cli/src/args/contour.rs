@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use pellicle::{Level, VertexNormals};
+use pellicle::VertexNormals;
 
 use super::input::UpArg;
 use super::volume::VolumeArgs;
@@ -93,8 +93,7 @@ pub struct ContourSurfaceArgs {
     /// Keep the connected piece of largest area only
     #[arg(long)]
     pub largest: bool,
-    /// What cells with ambiguous signs become: as the table has it, faces by the asymptotic decider, or as the trilinear
-    /// interpolant
+    /// How cells become triangles: the first three are marching cubes, the others tetrahedra
     #[arg(long, value_name = "METHOD", default_value = "classic")]
     pub method: MethodArg,
     /// Normals of vertices: from the samples' gradient or from the triangles around
@@ -102,25 +101,25 @@ pub struct ContourSurfaceArgs {
     pub normals: VolumeNormalsArg,
 }
 
-/// How true a surface is to its samples.
+/// How cells become triangles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodArg {
-    /// One table.
+    /// One table: by signs alone, the fastest.
     Classic,
     /// Faces as the bilinear interpolant.
     Consistent,
-    /// Cells as the trilinear interpolant.
+    /// Cells as the trilinear interpolant, with its tunnels.
     Topological,
-}
-
-impl From<MethodArg> for Level {
-    fn from(method: MethodArg) -> Self {
-        match method {
-            MethodArg::Classic => Self::Classic,
-            MethodArg::Consistent => Self::Consistent,
-            MethodArg::Topological => Self::Topological,
-        }
-    }
+    /// Five tetrahedra a cell.
+    Tetra5,
+    /// Six tetrahedra a cell.
+    Tetra6,
+    /// The body-centred lattice.
+    Bcc,
+    /// The same on a sheared lattice.
+    Simplex,
+    /// Body-centred, with well-shaped triangles.
+    Regularised,
 }
 
 /// Where normals come from.

@@ -103,6 +103,20 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
+    /// Marching cubes, or five or six tetrahedra a cell
+    #[arg(long, value_name = "cubes|tetra5|tetra6", default_value = "cubes", hide_possible_values = true)]
+    pub method: CellArg,
+}
+
+/// How cells become triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CellArg {
+    /// Marching cubes.
+    Cubes,
+    /// Five tetrahedra a cell, alternating.
+    Tetra5,
+    /// Six tetrahedra a cell.
+    Tetra6,
 }
 
 /// What is done to a mesh once it is there.

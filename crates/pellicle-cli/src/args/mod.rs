@@ -18,10 +18,10 @@ use std::path::PathBuf;
 use crate::values::parse_pixels;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-pub use contour::ContourArgs;
+pub use contour::{ContourArgs, MethodArg};
 pub use convert::ConvertArgs;
 pub use input::InputArgs;
-pub use mesh::{BandArg, MeshArgs, Switch};
+pub use mesh::{BandArg, CellArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
 pub use sequence::{FrameArgs, WatchArgs};
 pub use volume::{EndianArg, VolumeArgs};

@@ -205,7 +205,9 @@ impl Near {
             let near = [s.load(x), s.load(y), s.load(z)];
             let mass = s.load(mass);
             for ((sums, at), own) in sums.iter_mut().zip(at).zip(own) {
-                let d: [_; 3] = std::array::from_fn(|a| s.sub(s.splat(at[a]), near[a]));
+                // No closure over the axes: it need not be inlined, and then runs without the vector unit's instructions.
+                let to = [s.splat(at[0]), s.splat(at[1]), s.splat(at[2])];
+                let d = [s.sub(to[0], near[0]), s.sub(to[1], near[1]), s.sub(to[2], near[2])];
                 let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
                 what.add(s, sums, d, dist_sq, mass, own);
             }

@@ -92,7 +92,7 @@ impl<'a> Domain<'a> {
     }
 
     /// World position of a point in units of cells.
-    pub(crate) fn to_world(&self, at: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn to_world(self, at: [f64; 3]) -> [f64; 3] {
         let at = std::array::from_fn(|a| self.low[a] + at[a] * self.spacing[a]);
         self.warp.map_or(at, |warp| warp.to_world(at))
     }

@@ -48,14 +48,14 @@ impl View {
         [self.right, self.up, self.forward].map(|axis| (0..3).map(|a| axis[a] * d[a]).sum())
     }
 
-    fn from_view(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    fn place_of(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|a| self.eye[a] + x * self.right[a] + y * self.up[a] + z * self.forward[a])
     }
 }
 
 impl Warp for View {
     fn to_world(&self, at: [f64; 3]) -> [f64; 3] {
-        self.from_view(at)
+        self.place_of(at)
     }
 }
 
@@ -99,7 +99,7 @@ impl Projection {
 impl Warp for Projection {
     fn to_world(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
         let z = self.near / (1.0 - depth * (self.far - self.near) / self.far);
-        self.view.from_view([x * z * self.tangents[0], y * z * self.tangents[1], z])
+        self.view.place_of([x * z * self.tangents[0], y * z * self.tangents[1], z])
     }
 }
 

@@ -4,6 +4,7 @@
 mod chosen;
 mod contour;
 pub(crate) mod engine;
+mod sampled;
 mod surface;
 mod tetrahedra;
 

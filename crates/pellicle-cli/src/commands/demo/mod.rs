@@ -75,6 +75,7 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             radius_attribute: None,
             up: Up::Y,
             keep_mesh: true,
+            tetrahedra: None,
             finishing: Finishing::default(),
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;

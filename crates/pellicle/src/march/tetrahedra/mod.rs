@@ -21,6 +21,7 @@
 pub(crate) mod boxed;
 pub(crate) mod count;
 mod emit;
+pub(crate) mod filled;
 pub(crate) mod regular;
 pub(crate) mod samples;
 pub(crate) mod sheared;
@@ -94,6 +95,13 @@ impl Surface {
         })
     }
 
+    /// Number of bricks that own a vertex.
+    pub(crate) fn crossed_bricks(&self) -> usize {
+        let mut bricks = 0;
+        self.for_each_brick(|_, vertices| bricks += usize::from(vertices > 0));
+        bricks
+    }
+
     /// Number of vertices.
     pub(crate) fn vertices(&self) -> usize {
         with_counted!(self, counted => counted.vertices())
@@ -102,6 +110,15 @@ impl Surface {
     /// Number of triangles.
     pub(crate) fn triangles(&self) -> usize {
         with_counted!(self, counted => counted.triangles())
+    }
+
+    /// Calls `work` with each brick that has vertices or triangles, in the order of the vertices, and how many it has.
+    pub(crate) fn for_each_brick(&self, mut work: impl FnMut(usize, u32)) {
+        with_counted!(self, counted => {
+            for pair in counted.parts.windows(2) {
+                work(pair[0].brick as usize, pair[1].first_vertex - pair[0].first_vertex);
+            }
+        });
     }
 
     /// Writes all vertices, as offsets from the source's origin.

@@ -148,12 +148,15 @@ impl Moves {
     }
 }
 
+/// Nodes to snap of some bricks, a set each, and their moves.
+type Found = (Vec<[u64; 2]>, Vec<[f64; 3]>);
+
 /// Chooses the nodes to snap, marks them in `signs` and returns their moves. Cut short when cancelled, which the caller
 /// must check.
 pub(crate) fn regularise(source: &dyn Source, signs: &mut Signs<2>, control: &Control<'_>) -> Moves {
     let bricks = source.bricks();
     let groups = (0..bricks.div_ceil(GROUP)).into_par_iter();
-    let found: Vec<(Vec<[u64; 2]>, Vec<[f64; 3]>)> = groups
+    let found: Vec<Found> = groups
         .map(|group| {
             let (mut sets, mut moves) = (Vec::new(), Vec::new());
             let mut blocks = [[0.0; BLOCK]; 2];

@@ -86,13 +86,15 @@ impl<V> Kept<V> {
     }
 }
 
+/// What all surfaces depend on: the origin, and the bits of the pose.
+type Stamp = ([i32; 3], Option<[[u64; 3]; 3]>);
+
 /// All blocks' surfaces, in the order of blocks.
 pub(super) struct Keep<V> {
     pub(super) kept: Vec<Kept<V>>,
     previous: Vec<Kept<V>>,
     places: Directory,
-    /// What all surfaces depend on: the origin and the pose.
-    stamp: Option<([i32; 3], Option<[[u64; 3]; 3]>)>,
+    stamp: Option<Stamp>,
 }
 
 impl<V> Default for Keep<V> {

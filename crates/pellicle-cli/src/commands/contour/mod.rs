@@ -1,0 +1,239 @@
+//! `contour IN...`: volumes of files to surfaces in files.
+//!
+//! The samples stay in the type of the file. Of several isovalues each surface goes to a file of its own, whose name ends in
+//! `_V`. A volume that memory holds is looked at once for all of them ([`whole`]); a larger one is read layer by layer, twice for
+//! each ([`stream`]), and gives the same bytes.
+
+mod output;
+mod stream;
+mod whole;
+
+use std::path::{Path, PathBuf};
+
+use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals};
+use pellicle_io::{Up, VolumeHeader};
+
+use crate::args::{ContourArgs, MethodArg};
+use crate::batch::{self, Made};
+use crate::choose::crop::Crop;
+use crate::clock::StageClock;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::machine;
+use crate::plan::{Absent, Frame, Plan};
+use crate::resolve::Files;
+use crate::target::Target;
+use crate::values::{IsoValue, show_argument, show_bytes, show_number};
+use crate::volume::statistics::Statistics;
+use crate::volume::{Block, Selection};
+use output::suffixed;
+
+/// How cells become triangles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Method {
+    Cubes(Level),
+    Tetrahedra(Tetrahedra),
+}
+
+/// All that `contour` was asked to do, but for the list of frames.
+struct Job<'a> {
+    selection: Selection,
+    isos: &'a [IsoValue],
+    method: Method,
+    border: Border,
+    keeps_largest: bool,
+    up: Up,
+    metres_per_unit: Option<f64>,
+    params: ContourParams,
+    max_memory: Option<u64>,
+    console: &'a Console,
+}
+
+/// The work on one frame.
+struct Task<'a> {
+    job: &'a Job<'a>,
+    frame: &'a Frame,
+    header: VolumeHeader,
+    /// What is kept of it.
+    block: Block,
+    clock: StageClock,
+}
+
+/// Runs the verb.
+pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
+    interrupt::listen();
+    let job = Job::resolve(args, console)?;
+    let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
+    files.png.clone_from(&args.png);
+    let plan = Plan::new(&files, Absent::Refuse, console)?;
+    // What is wrong with the command line is known before the first file is read.
+    for frame in plan.single.iter().chain(plan.frames.first()) {
+        Target::new(frame.output.clone())?;
+    }
+    let first = plan.single.as_ref().or(plan.whole.first());
+    if job.isos.is_empty()
+        && let Some(frame) = first
+    {
+        return Err(job.without_isovalue(&frame.input));
+    }
+    let threads = args.threads.unwrap_or_else(machine::default_threads);
+    machine::thread_pool(threads)?
+        .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.contour(frame)))
+}
+
+impl<'a> Job<'a> {
+    fn resolve(args: &'a ContourArgs, console: &'a Console) -> Result<Self, Failure> {
+        if let Some(png) = &args.png
+            && !png.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
+        {
+            return Err(Failure::Usage(format!("--png {}: pictures are written as .png", png.display())));
+        }
+        let crop = args.crop.as_deref().map(Crop::parse).transpose();
+        let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
+        let selection = Selection::new(&args.from, args.array.as_ref(), args.step);
+        let method = Method::from(args.surface.method);
+        let normals = VertexNormals::from(args.surface.normals);
+        if let (Method::Tetrahedra(_), VertexNormals::Gradient | VertexNormals::Faces) = (method, normals) {
+            let what =
+                "--normals: of volumes they come with marching cubes only (--method classic, consistent, topological)";
+            return Err(Failure::Usage(what.into()));
+        }
+        let level = if let Method::Cubes(level) = method { level } else { Level::default() };
+        Ok(Self {
+            selection: Selection { crop, scale: args.scale, ..selection },
+            isos: args.surface.iso.as_ref().map_or(&[][..], |isos| &isos.0),
+            method,
+            border: if args.surface.open { Border::Open } else { Border::Closed },
+            keeps_largest: args.surface.largest,
+            up: args.up.into(),
+            metres_per_unit: args.metres_per_unit,
+            params: ContourParams { level, normals, lanes: machine::lanes_from_environment()? },
+            max_memory: args.max_memory,
+            console,
+        })
+    }
+
+    fn has_normals(&self) -> bool {
+        self.params.normals != VertexNormals::Off
+    }
+
+    /// An error that tells which isovalue to try.
+    fn without_isovalue(&self, input: &Path) -> Failure {
+        let open = || self.selection.open(input);
+        let found = match Statistics::of_file(&open) {
+            Ok(found) => found,
+            Err(failure) => return failure,
+        };
+        let file = show_argument(input);
+        Failure::Usage(match (found.range, found.suggestion) {
+            (Some([low, high]), Some(value)) => format!(
+                "no isovalue is given; the values go from {} to {} (try --iso {}; pellicle info {file} tells more)",
+                show_number(low),
+                show_number(high),
+                show_number(value)
+            ),
+            (Some([low, _]), None) => {
+                format!("no isovalue is given, and all values are {}: there is no surface", show_number(low))
+            }
+            (None, _) => "no isovalue is given, and there are no values but NaN".into(),
+        })
+    }
+
+    /// Makes the surfaces of a frame.
+    fn contour(&self, frame: &Frame) -> Result<Made, Failure> {
+        let clock = StageClock::start();
+        let outputs = (0..self.isos.len()).map(|number| Target::new(self.named(&frame.output, number)));
+        let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
+        for output in &outputs {
+            output.check()?;
+        }
+        clock.begin("read");
+        let file = self.selection.open(&frame.input)?;
+        let block = self.selection.block(file.header(), &frame.input)?;
+        let task = Task { job: self, frame, header: file.header().clone(), block, clock };
+        let budget = Budget::new(self.max_memory, &frame.input);
+        let (surfaces, is_streamed) = match task.whole(file, &outputs, &budget)? {
+            Some(surfaces) => (surfaces, false),
+            None => (task.stream(&outputs, &budget)?, true),
+        };
+        let (line, report) = (task.line(&surfaces, is_streamed), task.report(&surfaces, is_streamed));
+        for (name, time) in &task.clock.stages() {
+            self.console.detail(format_args!("  {name:<8}{:9.1} ms", 1e3 * time.as_secs_f64()));
+        }
+        Ok(Made { line, report })
+    }
+
+    /// The file of an isovalue.
+    fn named(&self, path: &Path, number: usize) -> PathBuf {
+        if self.isos.len() > 1 { suffixed(path, &self.isos[number].text) } else { path.to_owned() }
+    }
+
+    /// Tells that all values are on one side of the isovalue, so that there is no surface, not even at the border.
+    fn tell_nothing(&self, input: &Path, number: usize, range: Option<[f64; 2]>) {
+        let range = match range {
+            Some([low, high]) => format!("its values go from {} to {}", show_number(low), show_number(high)),
+            None => "it has no values but NaN".into(),
+        };
+        self.console.warn(format!("{}: no surface at {}: {range}", input.display(), self.isos[number].text));
+    }
+}
+
+impl From<MethodArg> for Method {
+    fn from(method: MethodArg) -> Self {
+        match method {
+            MethodArg::Classic => Self::Cubes(Level::Classic),
+            MethodArg::Consistent => Self::Cubes(Level::Consistent),
+            MethodArg::Topological => Self::Cubes(Level::Topological),
+            MethodArg::Tetra5 => Self::Tetrahedra(Tetrahedra::Five),
+            MethodArg::Tetra6 => Self::Tetrahedra(Tetrahedra::Six),
+            MethodArg::Bcc => Self::Tetrahedra(Tetrahedra::BodyCentred),
+            MethodArg::Simplex => Self::Tetrahedra(Tetrahedra::Simplex),
+            MethodArg::Regularised => Self::Tetrahedra(Tetrahedra::Regularised),
+        }
+    }
+}
+
+impl Method {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Cubes(Level::Classic) => "classic",
+            Self::Cubes(Level::Consistent) => "consistent",
+            Self::Cubes(Level::Topological) => "topological",
+            Self::Tetrahedra(Tetrahedra::Five) => "tetra5",
+            Self::Tetrahedra(Tetrahedra::Six) => "tetra6",
+            Self::Tetrahedra(Tetrahedra::BodyCentred) => "bcc",
+            Self::Tetrahedra(Tetrahedra::Simplex) => "simplex",
+            Self::Tetrahedra(Tetrahedra::Regularised) => "regularised",
+        }
+    }
+}
+
+/// Memory that may be taken.
+struct Budget<'a> {
+    limit: Option<u64>,
+    input: &'a Path,
+}
+
+impl<'a> Budget<'a> {
+    fn new(limit: Option<u64>, input: &'a Path) -> Self {
+        Self { limit: limit.or_else(machine::available_memory), input }
+    }
+
+    fn has(&self, needed: u64) -> bool {
+        self.limit.is_none_or(|limit| needed <= limit)
+    }
+
+    /// An error if it does not fit; `why` nothing less will do.
+    fn claim(&self, needed: u64, what: &str, why: &str) -> Result<(), Failure> {
+        match self.limit {
+            Some(limit) if needed > limit => Err(Failure::Memory(format!(
+                "{}: {what} need {} of memory, {} are allowed; {why} (raise --max-memory, or take a part by --crop)",
+                self.input.display(),
+                show_bytes(needed),
+                show_bytes(limit)
+            ))),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! What `contour` writes of each surface, and what it says of it.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use pellicle::post::largest::keep_largest;
+use pellicle::{Border, Mesh};
+use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh};
+use serde_json::{Value, json};
+
+use super::Task;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::picture;
+use crate::target::Target;
+use crate::values::{IsoValue, show_bytes, show_many, show_vertices};
+
+/// A surface that has been written.
+pub struct Surface {
+    /// Of the isovalue.
+    number: usize,
+    output: PathBuf,
+    png: Option<PathBuf>,
+    vertices: usize,
+    triangles: usize,
+    /// How many pieces there were, where only the largest was kept.
+    pieces: Option<usize>,
+    bytes: u64,
+}
+
+impl Surface {
+    /// For people, after the isovalue.
+    pub fn line(&self, isos: &[IsoValue]) -> String {
+        let (vertices, triangles) = (show_vertices(self.vertices), show_many(self.triangles, "triangle"));
+        let pieces = self.pieces.map(|n| format!(", the largest of {}", show_many(n, "piece"))).unwrap_or_default();
+        let (iso, output, bytes) = (&isos[self.number].text, self.output.display(), show_bytes(self.bytes));
+        format!("{iso}: {vertices}, {triangles}{pieces} -> {output}, {bytes}")
+    }
+
+    /// For machines.
+    pub fn as_json(&self, isos: &[IsoValue]) -> Value {
+        json!({
+            "iso": isos[self.number].value,
+            "output": self.output.to_string_lossy(),
+            "output_bytes": self.bytes,
+            "png": self.png.as_ref().map(|path| path.to_string_lossy()),
+            "vertices": self.vertices,
+            "triangles": self.triangles,
+            "pieces": self.pieces,
+        })
+    }
+}
+
+impl Task<'_> {
+    /// Writes a surface and its picture.
+    pub fn finish(&self, mut mesh: Mesh, number: usize, output: &Target) -> Result<Surface, Failure> {
+        let job = self.job;
+        let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose();
+        let pieces = pieces.map_err(|error| Failure::core(&self.frame.input, error))?;
+        interrupt::check()?;
+        self.clock.begin("write");
+        let unit =
+            job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
+        let options = WriteOptions { comments: self.record(number), up: job.up, metres_per_unit: unit };
+        write_mesh(output.path(), &mesh, &options)?;
+        let mut png = None;
+        if let Some(path) = &self.frame.png {
+            self.clock.begin("draw");
+            let path = job.named(path, number);
+            if mesh.triangles.is_empty() {
+                job.console.warn(format!("{}: there is nothing to draw", path.display()));
+            } else {
+                picture::of_mesh(&mesh, job.up, &path)?;
+                png = Some(path);
+            }
+        }
+        let surface = self.written(number, output, [mesh.vertices.len(), mesh.triangles.len()])?;
+        Ok(Surface { png, pieces, ..surface })
+    }
+
+    /// What has been written of so many vertices and triangles.
+    pub fn written(
+        &self,
+        number: usize,
+        output: &Target,
+        [vertices, triangles]: [usize; 2],
+    ) -> Result<Surface, Failure> {
+        let bytes = std::fs::metadata(output.path()).map_err(|error| Failure::file(output.path(), error))?.len();
+        let output = output.path().to_owned();
+        Ok(Surface { number, output, png: None, vertices, triangles, pieces: None, bytes })
+    }
+
+    /// A PLY file that is written piece by piece; the same bytes as [`finish`](Self::finish) makes.
+    pub fn ply(&self, number: usize, output: &Target, counts: [u64; 2]) -> Result<PlyFile, Failure> {
+        let origin = self.block.origin(&self.header.grid);
+        let layout = PlyLayout {
+            vertex_count: counts[0],
+            triangle_count: counts[1],
+            normals: self.job.has_normals(),
+            attributes: Vec::new(),
+            double: origin != [0.0; 3],
+            origin,
+            comments: self.record(number),
+        };
+        Ok(PlyFile::create(output.path(), &layout)?)
+    }
+
+    /// What decides the mesh, for the output's header.
+    fn record(&self, number: usize) -> Vec<String> {
+        let (job, header) = (self.job, &self.header);
+        let source = self.frame.input.file_name().unwrap_or_default().to_string_lossy();
+        let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
+        if !header.name.is_empty() {
+            lines.push(format!("array {}", header.name));
+        }
+        if header.components > 1 {
+            lines.push(format!("component {}", header.component));
+        }
+        if header.frames > 1 {
+            lines.push(format!("step {}", job.selection.read.frame));
+        }
+        if let Some(crop) = &job.selection.crop {
+            let [min, max] = crop.corners();
+            lines.push(format!("crop {min:?} to {max:?}"));
+        }
+        let border = if job.border == Border::Open { "open" } else { "closed" };
+        lines.push(format!("isovalue {}, {}, {border}", job.isos[number].text, job.method.name()));
+        if job.keeps_largest {
+            lines.push("largest piece".into());
+        }
+        lines
+    }
+
+    /// The report of all surfaces.
+    pub fn report(&self, surfaces: &[Surface], is_streamed: bool) -> Value {
+        let (job, header) = (self.job, &self.header);
+        let stage = |(name, time): &(&str, std::time::Duration)| json!({"name": name, "seconds": time.as_secs_f64()});
+        json!({
+            "dims": self.block.dims,
+            "cells": self.block.dims.iter().map(|n| n - 1).product::<usize>(),
+            "type": header.kind.name(),
+            "array": header.name,
+            "spacing": header.grid.spacing(),
+            "unit": header.unit,
+            "method": job.method.name(),
+            "border": if job.border == Border::Open { "open" } else { "closed" },
+            "streamed": is_streamed,
+            "surfaces": surfaces.iter().map(|surface| surface.as_json(job.isos)).collect::<Vec<_>>(),
+            "stages": self.clock.stages().iter().map(stage).collect::<Vec<_>>(),
+            "seconds": self.clock.working().as_secs_f64(),
+            "peak_memory_bytes": crate::machine::peak_memory(),
+        })
+    }
+
+    /// The line for people.
+    pub fn line(&self, surfaces: &[Surface], is_streamed: bool) -> String {
+        let ([x, y, z], kind) = (self.block.dims, self.header.kind.name());
+        let how = if is_streamed { ", layer by layer" } else { "" };
+        let mut line = format!("{}: {x} × {y} × {z} samples of {kind}{how}", self.frame.input.display());
+        for surface in surfaces {
+            line.push_str("\n  ");
+            line.push_str(&surface.line(self.job.isos));
+        }
+        line.push_str(&format!("\n  {:.3} s", self.clock.working().as_secs_f64()));
+        line
+    }
+}
+
+/// `a.ply` as `a_V.ply`.
+pub fn suffixed(path: &Path, text: &str) -> PathBuf {
+    let mut name = OsString::from(path.file_stem().unwrap_or_default());
+    name.push(format!("_{text}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// Metres in a unit that a file names.
+fn metres(unit: &str) -> f64 {
+    match unit.trim() {
+        "mm" | "millimeter" | "millimetre" => 1e-3,
+        "cm" | "centimeter" | "centimetre" => 1e-2,
+        "µm" | "um" | "micron" | "micrometer" | "micrometre" => 1e-6,
+        "nm" | "nanometer" | "nanometre" => 1e-9,
+        _ => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_several_isovalues_end_in_them() {
+        assert_eq!(suffixed(Path::new("a/b.c.ply"), "-0.5"), Path::new("a/b.c_-0.5.ply"));
+        assert_eq!(suffixed(Path::new("b"), "1e3"), Path::new("b_1e3"));
+    }
+}
