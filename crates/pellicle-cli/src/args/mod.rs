@@ -52,7 +52,7 @@ pub enum Verb {
     /// Particles or meshes to another format
     Convert(Box<ConvertArgs>),
     /// What is in a particle, mesh or volume file
-    Info(InfoArgs),
+    Info(Box<InfoArgs>),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
     Check(CheckArgs),
     /// Meshes and particles to pictures (PNG)
