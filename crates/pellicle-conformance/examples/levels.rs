@@ -16,7 +16,7 @@ use pellicle_scenes::{ISO, Play, SUPPORT, Show};
 const SPACING: f64 = 0.25;
 
 /// The level that a block asks for.
-type Wish = dyn Fn(&Region) -> u8;
+type Wish<'a> = dyn Fn(&Region) -> u8 + 'a;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).map(PathBuf::from);
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut engine = Engine::new(Params { iso: ISO.into(), block: [8; 3], ..Params::new(SUPPORT.into(), SPACING) })?;
     let field = Field(positions);
     println!("mesh,vertices,triangles,closed,distance_mean,distance_max,angle_mean,angle_p99,ratio_min,ratio_mean,ms");
-    let ways: [(&str, &Wish); 3] = [
+    let ways: [(&str, &Wish<'_>); 3] = [
         ("fine", &|_| 0),
         ("coarse", &|_| 1),
         ("mixed", &|block| u8::from(0.5 * (block.low[0] + block.high[0]) > middle)),
