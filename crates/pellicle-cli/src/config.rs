@@ -198,7 +198,7 @@ mod tests {
         let again = [&["pellicle", "mesh", "--config", &file], &["--print-config"][..]].concat();
         let (_, printed) = parse(again.iter().map(OsString::from).collect()).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(printed.as_deref(), Some(text.as_str()));
-        assert!(text.contains("\nradius = 0.025\n") && text.contains("\n# smoothing_length = 2\n"), "{text}");
+        assert!(text.contains("\nradius = 0.025\n") && text.contains("\n# band = \"auto\"\n"), "{text}");
 
         // What is typed wins, also over a list.
         let typed = ["pellicle", "mesh", "c.vtk", "--config", &file, "-r", "0.5", "--print-config"];

@@ -15,8 +15,8 @@ use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, 
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "IN: particle files: one, several, a folder, a .pvd, or a pattern: frame_####.vtk ({}, %04d, $F4).\n\
-        RADII are multiples of -r. File types: pellicle formats"
+    override_usage = "pellicle mesh [OPTIONS] IN...",
+    after_help = "IN: files, a folder, a .pvd, a pattern: frame_####.vtk ({}, %04d, $F4). RADII: multiples of -r"
 )]
 pub struct MeshArgs {
     /// Particle files: one, several, a folder, a .pvd, or a pattern such as frame_####.vtk
@@ -89,7 +89,7 @@ pub struct SurfaceArgs {
     #[arg(short = 'l', long)]
     #[arg(value_name = "RADII", value_parser = parse_positive)]
     pub smoothing_length: Option<f64>,
-    /// Edge of a lattice cell; half gives 4 times the faces
+    /// Edge of a lattice cell; half: 4 times the faces
     #[arg(short, long, alias = "cube-size")]
     #[arg(value_name = "RADII", value_parser = parse_positive, default_value = "0.5")]
     pub cell: f64,
@@ -103,8 +103,8 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
-    /// Marching cubes, or five or six tetrahedra a cell
-    #[arg(long, value_name = "cubes|tetra5|tetra6", default_value = "cubes", hide_possible_values = true)]
+    /// How cells become triangles: cubes, tetra5, tetra6
+    #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
     pub method: CellArg,
 }
 
@@ -123,7 +123,7 @@ pub enum CellArg {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Surface")]
 pub struct FinishArgs {
-    /// No slivers, smoothed, with normals: iterations=25,... [default: no]
+    /// No slivers, smooth, with normals: iterations=25,... [default: no]
     #[arg(long, value_name = "KEY=VALUE,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     #[arg(value_parser = parse_smooth)]
     pub smooth: Option<Smooth>,
