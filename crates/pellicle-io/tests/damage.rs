@@ -94,7 +94,8 @@ fn meshes_cut_short_are_never_meshes() {
     }
 }
 
-/// Points, attributes and cells of a surface stand in this order, so much of it is there long before the faces are.
+/// Points, attributes and cells of a surface stand in this order, so much of it is there long before the faces are. Legacy
+/// VTK is left out: cut right behind its points it is a whole file of points.
 #[test]
 fn surfaces_cut_short_do_not_pass_for_particles() {
     let folder = Folder::new();
@@ -104,7 +105,7 @@ fn surfaces_cut_short_do_not_pass_for_particles() {
         write_mesh(&folder.join(name), &mesh, &WriteOptions::default()).expect(name);
         files.push((name, std::fs::read(folder.join(name)).expect(name)));
     }
-    for (name, bytes) in files.into_iter().filter(|(name, _)| !name.ends_with("obj")) {
+    for (name, bytes) in files.into_iter().filter(|(name, _)| !name.ends_with("obj") && !name.ends_with(".vtk")) {
         for cut in (0..bytes.len()).step_by(23) {
             let content = read_content(&folder.write(name, &bytes[..cut]), &common::all());
             assert!(!matches!(content, Ok(Content::Particles(_))), "{name} cut at {cut} of {}", bytes.len());

@@ -93,7 +93,7 @@ fn what_is_not_read_is_told_with_a_way_out() {
             b"# vtk DataFile Version 3.0\nt\nBINARY\nDATASET STRUCTURED_POINTS\n".to_vec(),
             "STRUCTURED_POINTS",
         ),
-        ("image.vtu", b"<VTKFile type=\"ImageData\"></VTKFile>".to_vec(), "ImageData"),
+        ("image.vtu", b"<VTKFile type=\"ImageData\"></VTKFile>".to_vec(), "a volume of samples"),
         ("odd.vtu", b"<VTKFile type=\"PolyData\" compressor=\"vtkZstdDataCompressor\"></VTKFile>".to_vec(), "zlib"),
         ("names.csv", b"a,b,c\n1,2,3\n".to_vec(), "the columns are: a, b, c"),
     ];
