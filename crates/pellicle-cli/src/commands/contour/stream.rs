@@ -47,18 +47,17 @@ struct Found {
 impl Task<'_> {
     /// Makes the surfaces one by one.
     pub fn stream(&self, outputs: &[Target], budget: &Budget<'_>) -> Result<Vec<Surface>, Failure> {
-        self.claim_layers(budget)?;
+        budget.claim(self.layers_at_hand(), "a few layers", "they are the least that must be at hand")?;
         outputs.iter().enumerate().map(|(number, output)| self.stream_one(number, output, budget)).collect()
     }
 
-    /// What the layers at hand take: those read, and as many as the extractor collects, with their signs.
-    fn claim_layers(&self, budget: &Budget<'_>) -> Result<(), Failure> {
+    /// Bytes of the layers at hand: those read, and as many as the extractor collects, with their signs.
+    fn layers_at_hand(&self) -> u64 {
         /// Samples that the extractor collects at least.
         const TOGETHER: u64 = 1 << 21;
         let [x, y, z] = self.header.dims.map(|n| n as u64);
         let samples = ((TOGETHER.div_ceil(x * y).max(4) + 4).min(z) + 1) * x * y;
-        let needed = samples * (2 * self.header.kind.bytes() as u64 + 1);
-        budget.claim(needed, "a few layers", "they are the least that must be at hand")
+        samples * (2 * self.header.kind.bytes() as u64 + 1)
     }
 
     fn stream_one(&self, number: usize, output: &Target, budget: &Budget<'_>) -> Result<Surface, Failure> {
@@ -75,8 +74,12 @@ impl Task<'_> {
             return self.write_pieces(number, output, &found);
         }
         let per_vertex = if self.job.has_normals() { 24 } else { 12 };
-        let needed = per_vertex * found.vertices + 12 * found.triangles;
-        budget.claim(needed, "the mesh", "only PLY is written piece by piece, without a picture and --largest")?;
+        let needed = self.layers_at_hand() + per_vertex * found.vertices + 12 * found.triangles;
+        budget.claim(
+            needed,
+            "a few layers and the mesh",
+            "only PLY is written piece by piece, without a picture and --largest",
+        )?;
         let mut mesh = Mesh { origin: self.block.origin(&self.header.grid), ..Mesh::default() };
         mesh.vertices.reserve_exact(found.vertices as usize);
         mesh.triangles.reserve_exact(found.triangles as usize);
