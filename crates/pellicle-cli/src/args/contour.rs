@@ -84,7 +84,7 @@ pub struct ContourSurfaceArgs {
     /// Value at the surface; of several each has its own file OUT_V
     #[arg(short, long, value_name = "V,...", value_parser = parse_isos, allow_hyphen_values = true)]
     pub iso: Option<IsoValues>,
-    /// Close the surface where the volume ends [default]
+    /// Close the surface where the volume ends [default: this]
     #[arg(long, conflicts_with = "open")]
     pub closed: bool,
     /// Let the surface end where the volume ends
