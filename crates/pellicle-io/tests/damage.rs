@@ -95,7 +95,7 @@ fn meshes_cut_short_are_never_meshes() {
 }
 
 /// Points, attributes and cells of a surface stand in this order, so much of it is there long before the faces are. Legacy
-/// VTK is left out: cut right behind its points it is a whole file of points.
+/// VTK cut right before its faces is a whole file of points, and may pass for one there and nowhere else.
 #[test]
 fn surfaces_cut_short_do_not_pass_for_particles() {
     let folder = Folder::new();
@@ -105,10 +105,15 @@ fn surfaces_cut_short_do_not_pass_for_particles() {
         write_mesh(&folder.join(name), &mesh, &WriteOptions::default()).expect(name);
         files.push((name, std::fs::read(folder.join(name)).expect(name)));
     }
-    for (name, bytes) in files.into_iter().filter(|(name, _)| !name.ends_with("obj") && !name.ends_with(".vtk")) {
+    for (name, bytes) in files.into_iter().filter(|(name, _)| !name.ends_with("obj")) {
         for cut in (0..bytes.len()).step_by(23) {
             let content = read_content(&folder.write(name, &bytes[..cut]), &common::all());
-            assert!(!matches!(content, Ok(Content::Particles(_))), "{name} cut at {cut} of {}", bytes.len());
+            let is_whole = name.ends_with(".vtk") && bytes[cut..].trim_ascii_start().starts_with(b"POLYGONS");
+            assert!(
+                is_whole || !matches!(content, Ok(Content::Particles(_))),
+                "{name} cut at {cut} of {}",
+                bytes.len()
+            );
         }
     }
 }
