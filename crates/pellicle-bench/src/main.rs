@@ -13,7 +13,7 @@ mod walk;
 
 /// Counts bytes, so that tables can tell memory.
 #[global_allocator]
-static ALLOCATOR: peak_alloc::PeakAlloc = peak_alloc::PeakAlloc;
+static ALLOCATOR: pellicle_conformance::allocations::Counting = pellicle_conformance::allocations::Counting;
 
 /// A measurement: takes its arguments in words.
 type Run = fn(&[String]) -> Result<(), String>;

@@ -8,6 +8,7 @@
 //!
 //! A new field or road is a new kind of subject; a new scene is one line in [`conformance!`].
 
+pub mod allocations;
 pub mod cavities;
 mod judge;
 pub mod scenes;

@@ -1,100 +1,21 @@
 //! What the library allocates, counted: a second frame next to nothing, and a limit is held. In a process of its own,
 //! whose allocator counts.
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    sync::Mutex,
-    sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed},
-};
+use std::sync::Mutex;
 
 use pellicle::{Control, Error, Mesh, Params, Reconstructor, realtime, sink};
 use pellicle_conformance::{
     Random, Scene,
+    allocations::{Counting, count},
     cavities::{Hole, bulk},
     in_pool, scenes,
 };
 
-/// The system's allocator, with counts.
-struct Counting;
-
-static CALLS: AtomicU64 = AtomicU64::new(0);
-static BYTES: AtomicU64 = AtomicU64::new(0);
-static LARGEST: AtomicU64 = AtomicU64::new(0);
-static LIVE: AtomicI64 = AtomicI64::new(0);
-static PEAK: AtomicI64 = AtomicI64::new(0);
-
 /// One test at a time: the counts are the process's.
 static ALONE: Mutex<()> = Mutex::new(());
 
-fn note(allocated: usize, freed: usize) {
-    if allocated > 0 {
-        CALLS.fetch_add(1, Relaxed);
-        BYTES.fetch_add(allocated as u64, Relaxed);
-        LARGEST.fetch_max(allocated as u64, Relaxed);
-    }
-    let change = allocated as i64 - freed as i64;
-    PEAK.fetch_max(LIVE.fetch_add(change, Relaxed) + change, Relaxed);
-}
-
-// SAFETY: every call goes to the system's allocator with the caller's own arguments; counting allocates nothing.
-unsafe impl GlobalAlloc for Counting {
-    // SAFETY: as the trait demands.
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        note(layout.size(), 0);
-        // SAFETY: the caller keeps the trait's contract.
-        unsafe { System.alloc(layout) }
-    }
-
-    // SAFETY: as the trait demands.
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        note(layout.size(), 0);
-        // SAFETY: the caller keeps the trait's contract.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    // SAFETY: as the trait demands.
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        note(0, layout.size());
-        // SAFETY: the caller keeps the trait's contract.
-        unsafe { System.dealloc(at, layout) }
-    }
-
-    // SAFETY: as the trait demands.
-    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        note(size, layout.size());
-        // SAFETY: the caller keeps the trait's contract.
-        unsafe { System.realloc(at, layout, size) }
-    }
-}
-
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
-
-/// What some work allocated.
-#[derive(Debug, Clone, Copy)]
-#[allow(dead_code, reason = "shown by Debug")]
-struct Count {
-    calls: u64,
-    bytes: u64,
-    /// The largest single allocation, in bytes.
-    largest: u64,
-    /// Bytes held at the worst moment, beyond those held before.
-    peak: i64,
-}
-
-fn count<T>(work: impl FnOnce() -> T) -> (T, Count) {
-    let (calls, bytes, live) = (CALLS.load(Relaxed), BYTES.load(Relaxed), LIVE.load(Relaxed));
-    PEAK.store(live, Relaxed);
-    LARGEST.store(0, Relaxed);
-    let result = work();
-    let count = Count {
-        calls: CALLS.load(Relaxed) - calls,
-        bytes: BYTES.load(Relaxed) - bytes,
-        largest: LARGEST.load(Relaxed),
-        peak: PEAK.load(Relaxed) - live,
-    };
-    (result, count)
-}
 
 fn alone() -> std::sync::MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)

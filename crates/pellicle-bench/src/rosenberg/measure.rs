@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::ALLOCATOR;
 use crate::rivals::{Approach, Output};
+use pellicle_conformance::allocations::count;
 
 /// What one approach took.
 #[derive(Debug, Clone, Copy, Default)]
@@ -40,18 +40,19 @@ pub fn measure(frames: &[Vec<[f32; 3]>], makers: Vec<Maker>) -> Result<Vec<Row>,
     let mut rows = Vec::new();
     let mut approaches = Vec::new();
     for make in makers {
-        ALLOCATOR.reset_peak_usage();
-        let before = ALLOCATOR.current_usage();
-        let mut approach = make();
         let mut row = Row::default();
-        for positions in frames {
-            approach.update(positions, &mut out);
-            row.cubes += out.cubes;
-            row.triangles += out.indices.len() / 3;
-            row.corners += out.corners;
-        }
+        let (approach, allocated) = count(|| {
+            let mut approach = make();
+            for positions in frames {
+                approach.update(positions, &mut out);
+                row.cubes += out.cubes;
+                row.triangles += out.indices.len() / 3;
+                row.corners += out.corners;
+            }
+            approach
+        });
         row.cache_bytes = approach.cache_bytes();
-        row.render_bytes = (ALLOCATOR.peak_usage() - before).saturating_sub(row.cache_bytes);
+        row.render_bytes = (allocated.peak as usize).saturating_sub(row.cache_bytes);
         rows.push(row);
         approaches.push(approach);
     }

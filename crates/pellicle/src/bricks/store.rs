@@ -25,7 +25,7 @@ use crate::{
         cells::Cells,
         directory::{Cursor, Directory},
     },
-    math::{ranges::for_each_part, simd::Unit},
+    math::{memory::filled, ranges::for_each_part, simd::Unit},
     progress::Control,
 };
 
@@ -225,7 +225,7 @@ impl<const SETS: usize> Store<SETS> {
 /// system, untouched until it is used.
 pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
     if v.is_empty() {
-        *v = vec![zero; len + len / 8];
+        *v = filled(zero, len + len / 8);
     } else if v.len() < len {
         v.resize(len + len / 8, zero);
     }

@@ -3,6 +3,7 @@
 pub(crate) mod bits;
 pub(crate) mod eigen;
 pub(crate) mod jacobi;
+pub(crate) mod memory;
 pub(crate) mod ranges;
 pub mod simd;
 pub(crate) mod union_find;

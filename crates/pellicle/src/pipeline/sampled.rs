@@ -10,7 +10,7 @@ use crate::{
     lattice::{Coord, Lattice, OCTET},
     lookup::cells::Cells,
     march::tetrahedra::{Kind, Surface, filled::Filled, source::Source},
-    math::ranges::for_each_part,
+    math::{memory::filled, ranges::for_each_part},
 };
 
 impl Sampled<'_> {
@@ -55,8 +55,8 @@ impl Sampled<'_> {
         control.begin(Stage::Emit)?;
         let mut mesh = Mesh {
             origin: origin.map(|n| f64::from(n) * lattice.spacing),
-            vertices: vec![[0.0; 3]; surface.vertices()],
-            triangles: vec![[0; 3]; surface.triangles()],
+            vertices: filled([0.0; 3], surface.vertices()),
+            triangles: filled([0; 3], surface.triangles()),
             ..Mesh::default()
         };
         surface.write_vertices(&source, &mut mesh.vertices);
@@ -65,7 +65,7 @@ impl Sampled<'_> {
         let points = Points::new(&source, &surface, &from.cells, lattice, origin);
         let columns = chosen::slices(&from.columns);
         if params.normals {
-            mesh.normals = vec![[0.0; 3]; mesh.vertices.len()];
+            mesh.normals = filled([0.0; 3], mesh.vertices.len());
             points.write(&mesh.vertices, 1, &mut mesh.normals, |of, to| field.normals(unit, of, &columns, to));
         }
         for attribute in attributes {

@@ -15,7 +15,7 @@ use crate::{
         count::Part,
         emit::{Frame, Triangles, Vertices, want_needed},
     },
-    math::{bits::ones, ranges::for_each_part, simd::Unit},
+    math::{bits::ones, memory::filled, ranges::for_each_part, simd::Unit},
 };
 
 /// A counted surface, ready to be written: its size is exact, its vertices and triangles do not exist yet.
@@ -286,7 +286,7 @@ fn take<'a, T>(from: &mut &'a mut [T], n: usize) -> &'a mut [T] {
 /// Makes `v` exactly `len` long. New memory comes zeroed from the system, untouched until it is used.
 fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
     if v.capacity() < len {
-        *v = vec![zero; len];
+        *v = filled(zero, len);
     } else {
         v.resize(len, zero);
     }

@@ -12,6 +12,7 @@ use crate::{
         sheared::Sheared,
         source::Source,
     },
+    math::memory::filled,
 };
 
 /// How space is cut into tetrahedra.
@@ -148,8 +149,8 @@ fn check_bricks(nodes: [usize; 3], split: Tetrahedra) -> Result<(), Error> {
 fn mesh(source: &dyn Source, kind: Kind, origin: [f64; 3], control: &Control<'_>) -> Result<Mesh, Error> {
     let surface = Surface::new(source, kind, control)?;
     control.begin(Stage::Emit)?;
-    let mut vertices = vec![[0.0; 3]; surface.vertices()];
-    let mut triangles = vec![[0; 3]; surface.triangles()];
+    let mut vertices = filled([0.0; 3], surface.vertices());
+    let mut triangles = filled([0; 3], surface.triangles());
     surface.write_vertices(source, &mut vertices);
     surface.write_triangles(source, &mut triangles);
     control.check()?;

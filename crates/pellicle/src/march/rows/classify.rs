@@ -7,7 +7,10 @@ use std::ops::Range;
 use super::{Grid, Row, Shape};
 use crate::{
     field::volume::{Cut, Scalar},
-    math::simd::{Kernel, LANES, Simd, Unit},
+    math::{
+        memory::filled,
+        simd::{Kernel, LANES, Simd, Unit},
+    },
 };
 
 /// Signs of all rows of a lattice, for one isovalue or several.
@@ -23,7 +26,7 @@ impl Signs {
     /// All outside.
     pub(crate) fn new(shape: &Shape, isos: usize) -> Self {
         let words = shape.words();
-        Self { words, isos, bits: vec![0; shape.rows() * words * isos] }
+        Self { words, isos, bits: filled(0, shape.rows() * words * isos) }
     }
 
     /// Words of one row for all isovalues together.

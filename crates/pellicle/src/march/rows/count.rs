@@ -106,6 +106,21 @@ pub(crate) fn corner_words(rows: &[&[u64]; 4], w: usize) -> [u64; 8] {
     corners
 }
 
+/// Whether all nodes of a word's cells, in four rows, are on one side: nothing crosses there.
+#[inline(always)]
+pub(crate) fn is_uniform(rows: &[&[u64]; 4], w: usize) -> bool {
+    let (mut any, mut all, mut any_next, mut all_next) = (0, u64::MAX, 0, u64::MAX);
+    for row in rows {
+        any |= row[w];
+        all &= row[w];
+        if w + 1 < row.len() {
+            any_next |= row[w + 1];
+            all_next &= row[w + 1];
+        }
+    }
+    any | any_next & 1 == 0 || all & (all_next | !1) == u64::MAX
+}
+
 /// The cells of a set, lowest first, with their case numbers.
 pub(crate) struct Cases<'a, S> {
     simd: S,
@@ -152,6 +167,9 @@ impl Kernel for CountRows<'_> {
             let rows = [own, y.unwrap_or(own), z.unwrap_or(own), yz.unwrap_or(own)];
             let has_cells = yz.is_some();
             for w in 0..own.len() {
+                if is_uniform(&rows, w) {
+                    continue;
+                }
                 let corners = corner_words(&rows, w);
                 let with_next = shape.with_next(w);
                 to.vertices[0] += ((corners[0] ^ corners[1]) & with_next).count_ones();

@@ -51,7 +51,7 @@ impl Soup<'_> {
                         let low = edge_corner(edge);
                         let t = crossing(values[low], values[low | 1 << (edge / 4)]);
                         let step = shape.directions[edge / 4];
-                        at[edge] = place(&starts[low >> 1], i + (low & 1), &shape.directions[0], t, &step);
+                        at[edge] = place(&starts[low >> 1], (i + (low & 1)) as i32, &shape.directions[0], t, &step);
                     }
                     let (mut triangles, mut len) = (&entry.triangles[..], usize::from(entry.len));
                     let resolved;

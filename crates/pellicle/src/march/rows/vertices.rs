@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::{
     Grid, Iso, Row, Rows,
     classify::Signs,
-    count::{Cases, corner_words, four_rows},
+    count::{Cases, Counted, corner_words, four_rows},
 };
 use crate::{
     field::volume::Scalar,
@@ -22,6 +22,7 @@ use crate::{
 pub(crate) struct Vertices<'a> {
     pub(crate) unit: Unit,
     pub(crate) signs: &'a Signs,
+    pub(crate) counted: &'a Counted,
     pub(crate) iso: Iso,
     pub(crate) rows: Range<usize>,
     /// Offsets from the volume's origin, one for each crossing of those rows.
@@ -39,10 +40,14 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        let (grid, Vertices { signs, iso, to, rows, .. }) = (self.grid, self.task);
+        let (grid, Vertices { signs, counted, iso, to, rows, .. }) = (self.grid, self.task);
         let shape = &grid.shape;
-        let mut to = to.iter_mut();
+        let mut to = to;
+        let mut at = Gathered { node: [0; 64], ends: [[0.0; 64]; 2] };
         for row in rows {
+            if counted.place(row).vertices[0] == counted.place(row + 1).vertices[0] {
+                continue;
+            }
             let [Some(own), y, z, yz] = four_rows(shape, signs, iso.number, row) else { continue };
             let (j, k) = (row % shape.nodes[1], row / shape.nodes[1]);
             let from = grid.row(j, k, iso.value);
@@ -50,18 +55,18 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
             let edges = Edges { from, there: from, ahead: 1, start: shape.row_start(row), along, step: along };
             for w in 0..own.len() {
                 let next = if w + 1 < own.len() { own[w + 1] } else { 0 };
-                edges.write(w, (own[w] ^ (own[w] >> 1 | next << 63)) & shape.with_next(w), &mut to);
+                edges.write(w, (own[w] ^ (own[w] >> 1 | next << 63)) & shape.with_next(w), &mut at, &mut to);
             }
             if let Some(next) = y {
                 let edges = Edges { there: grid.row(j + 1, k, iso.value), ahead: 0, step: step_y, ..edges };
                 for w in 0..own.len() {
-                    edges.write(w, own[w] ^ next[w], &mut to);
+                    edges.write(w, own[w] ^ next[w], &mut at, &mut to);
                 }
             }
             if let Some(next) = z {
                 let edges = Edges { there: grid.row(j, k + 1, iso.value), ahead: 0, step: step_z, ..edges };
                 for w in 0..own.len() {
-                    edges.write(w, own[w] ^ next[w], &mut to);
+                    edges.write(w, own[w] ^ next[w], &mut at, &mut to);
                 }
             }
             if let (true, [Some(y), Some(z), Some(yz)]) = (iso.level != Level::Classic, [y, z, yz]) {
@@ -69,6 +74,12 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
             }
         }
     }
+}
+
+/// Edges of one word: their lower nodes, and the relative values of both ends.
+struct Gathered {
+    node: [i32; 64],
+    ends: [[f64; 64]; 2],
 }
 
 /// Edges that begin in one row, along one axis.
@@ -87,38 +98,39 @@ struct Edges<'a, T> {
 }
 
 impl<T: Scalar> Edges<'_, T> {
-    /// Writes the vertices of one word's crossed edges.
+    /// Writes the vertices of one word's crossed edges: gathers both ends of each, then works on all of them at once.
     #[inline(always)]
-    fn write(&self, w: usize, crossed: u64, to: &mut std::slice::IterMut<'_, [f32; 3]>) {
+    fn write(&self, w: usize, crossed: u64, at: &mut Gathered, to: &mut &mut [[f32; 3]]) {
         let mut left = crossed;
+        let mut n = 0;
         while left != 0 {
             let i = 64 * w + left.trailing_zeros() as usize;
             left &= left - 1;
-            let t = crossing(self.from.get(i), self.there.get(i + self.ahead));
-            let Some(to) = to.next() else { return };
-            *to = place(&self.start, i, &self.along, t, &self.step);
+            at.node[n & 63] = i as i32;
+            at.ends[0][n & 63] = self.from.get(i);
+            at.ends[1][n & 63] = self.there.get(i + self.ahead);
+            n += 1;
+        }
+        let Some(to) = to.split_off_mut(..n.min(64)) else { return };
+        for (e, to) in to.iter_mut().enumerate() {
+            let t = crossing(at.ends[0][e & 63], at.ends[1][e & 63]);
+            *to = place(&self.start, at.node[e & 63], &self.along, t, &self.step);
         }
     }
 }
 
 /// Place of a vertex on the edge from node `i` of a row, at part `t` of its `step`.
 #[inline(always)]
-pub(super) fn place(start: &[f64; 3], i: usize, along: &[f64; 3], t: f64, step: &[f64; 3]) -> [f32; 3] {
+pub(super) fn place(start: &[f64; 3], i: i32, along: &[f64; 3], t: f64, step: &[f64; 3]) -> [f32; 3] {
     let mut at = [0.0; 3];
     for a in 0..3 {
-        at[a] = (start[a] + i as f64 * along[a] + t * step[a]) as f32;
+        at[a] = (start[a] + f64::from(i) * along[a] + t * step[a]) as f32;
     }
     at
 }
 
 /// Writes the inner vertices of a row of cells.
-fn write_inner<T: Scalar>(
-    grid: &Grid<'_, T>,
-    iso: Iso,
-    row: usize,
-    rows: &[&[u64]; 4],
-    to: &mut std::slice::IterMut<'_, [f32; 3]>,
-) {
+fn write_inner<T: Scalar>(grid: &Grid<'_, T>, iso: Iso, row: usize, rows: &[&[u64]; 4], to: &mut &mut [[f32; 3]]) {
     let shape = &grid.shape;
     let start = shape.row_start(row);
     for w in 0..rows[0].len() {
@@ -130,7 +142,8 @@ fn write_inner<T: Scalar>(
             }
             let i = 64 * w + cell;
             let resolved = iso.resolve(grid, row, i, case);
-            for (&edges, to) in resolved.inner[..resolved.inner_len].iter().zip(&mut *to) {
+            for &edges in &resolved.inner[..resolved.inner_len] {
+                let Some(to) = to.split_off_first_mut() else { return };
                 let node = [i, row % shape.nodes[1], row / shape.nodes[1]];
                 *to = shape.in_cell(&start, i, inner_place(edges, &grid.corners(node, iso.value)));
             }

@@ -64,6 +64,7 @@ type F = (__m256, __m256);
 
 impl Simd for Avx2 {
     type F = F;
+    type U = [__m256i; 2];
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -185,6 +186,41 @@ impl Simd for Avx2 {
             (_mm256_movemask_pd(_mm256_castsi256_pd(lo)), _mm256_movemask_pd(_mm256_castsi256_pd(hi)))
         };
         (lo | hi << 4) as u8
+    }
+
+    #[inline(always)]
+    fn ranks(self, words: &[u64; 8], first: &[u32; 8], bit: u32) -> [__m256i; 2] {
+        let (mut ranks, mut behind) = ([0; 8], [0; 8]);
+        for l in 0..8 {
+            ranks[l] = first[l].wrapping_add((words[l] & ((1 << bit) - 1)).count_ones());
+            behind[l] = ranks[l].wrapping_add((words[l] >> bit & 1) as u32);
+        }
+        // SAFETY: as in `splat`; the arrays have the eight numbers that are loaded.
+        unsafe { [_mm256_loadu_si256(ranks.as_ptr().cast()), _mm256_loadu_si256(behind.as_ptr().cast())] }
+    }
+
+    #[inline(always)]
+    fn pick(self, [lo, hi]: [__m256i; 2], index: &[u8; LANES]) -> [__m256i; 2] {
+        let mut picked = [lo; 2];
+        for half in 0..2 {
+            // SAFETY: as in `splat`; of the 16 bytes eight are loaded, from byte 0 or 8 on.
+            picked[half] = unsafe {
+                let index = _mm256_cvtepu8_epi32(_mm_loadl_epi64(index[8 * half..].as_ptr().cast()));
+                let from = [_mm256_permutevar8x32_epi32(lo, index), _mm256_permutevar8x32_epi32(hi, index)];
+                _mm256_blendv_epi8(from[0], from[1], _mm256_cmpgt_epi32(index, _mm256_set1_epi32(7)))
+            };
+        }
+        picked
+    }
+
+    #[inline(always)]
+    fn store_u(self, v: [__m256i; 2], to: &mut [u32]) {
+        let to = to[..LANES].as_mut_ptr();
+        // SAFETY: as in `splat`; the slice has 16 places, eight for each store.
+        unsafe {
+            _mm256_storeu_si256(to.cast(), v[0]);
+            _mm256_storeu_si256(to.add(8).cast(), v[1]);
+        }
     }
 
     #[inline(always)]

@@ -28,6 +28,7 @@ fn enabled<K: Kernel>(simd: Avx512, kernel: K) -> K::Output {
 
 impl Simd for Avx512 {
     type F = __m512;
+    type U = __m512i;
 
     #[inline(always)]
     fn splat(self, v: f32) -> __m512 {
@@ -120,6 +121,38 @@ impl Simd for Avx512 {
         unsafe {
             _mm512_test_epi64_mask(_mm512_loadu_epi64(words.as_ptr().cast()), _mm512_set1_epi64((1u64 << bit) as i64))
         }
+    }
+
+    #[inline(always)]
+    fn ranks(self, words: &[u64; 8], first: &[u32; 8], bit: u32) -> __m512i {
+        // Bits of a byte by its two halves: the instruction that counts those of a word is younger than AVX-512.
+        // SAFETY: as in `splat`; the arrays have the eight words and numbers that are loaded.
+        unsafe {
+            let words = _mm512_loadu_epi64(words.as_ptr().cast());
+            let below = _mm512_and_si512(words, _mm512_set1_epi64(((1u64 << bit) - 1) as i64));
+            let half = _mm512_set1_epi8(15);
+            let counts = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4));
+            let low = _mm512_shuffle_epi8(counts, _mm512_and_si512(below, half));
+            let high = _mm512_shuffle_epi8(counts, _mm512_and_si512(_mm512_srli_epi16::<4>(below), half));
+            let below = _mm512_sad_epu8(_mm512_add_epi8(low, high), _mm512_setzero_si512());
+            let first = _mm256_loadu_si256(first.as_ptr().cast());
+            let ranks = _mm256_add_epi32(first, _mm512_cvtepi64_epi32(below));
+            let at = _mm512_test_epi64_mask(words, _mm512_set1_epi64((1u64 << bit) as i64));
+            let behind = _mm256_mask_add_epi32(ranks, at, ranks, _mm256_set1_epi32(1));
+            _mm512_inserti32x8::<1>(_mm512_castsi256_si512(ranks), behind)
+        }
+    }
+
+    #[inline(always)]
+    fn pick(self, from: __m512i, index: &[u8; LANES]) -> __m512i {
+        // SAFETY: as in `splat`; the array has the 16 bytes that are loaded.
+        unsafe { _mm512_permutexvar_epi32(_mm512_cvtepu8_epi32(_mm_loadu_si128(index.as_ptr().cast())), from) }
+    }
+
+    #[inline(always)]
+    fn store_u(self, v: __m512i, to: &mut [u32]) {
+        // SAFETY: as in `load`.
+        unsafe { _mm512_storeu_epi32(to[..LANES].as_mut_ptr().cast(), v) }
     }
 
     #[inline(always)]

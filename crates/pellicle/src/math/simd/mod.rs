@@ -31,6 +31,8 @@ pub const LANES: usize = 16;
 pub trait Simd: Copy + Send + Sync {
     /// Sixteen `f32`.
     type F: Copy;
+    /// Sixteen `u32`.
+    type U: Copy;
 
     /// The same in every lane.
     fn splat(self, v: f32) -> Self::F;
@@ -65,6 +67,16 @@ pub trait Simd: Copy + Send + Sync {
 
     /// Bit `bit`, below 64, of each of eight words: that of word c is bit c.
     fn bits_at(self, words: &[u64; 8], bit: u32) -> u8;
+
+    /// Numbers in eight lists that have one element for each set bit of their word and begin at `first`. Lane l: how many
+    /// bits of word l are set below `bit`, plus `first[l]`, modulo 2³². Lane 8 + l: the same with bit `bit`, below 64, counted.
+    fn ranks(self, words: &[u64; 8], first: &[u32; 8], bit: u32) -> Self::U;
+
+    /// Lane i of the result is lane `index[i]`, below 16, of `from`.
+    fn pick(self, from: Self::U, index: &[u8; LANES]) -> Self::U;
+
+    /// Writes to the first 16 places of `to`, which must have as many.
+    fn store_u(self, v: Self::U, to: &mut [u32]);
 
     /// Runs `kernel` with this type's instructions enabled.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
@@ -158,6 +170,21 @@ mod tests {
             for bit in 0..64 {
                 let plain = (0..8).fold(0, |bits, c| bits | ((words[c] >> bit & 1) as u8) << c);
                 assert_eq!(s.bits_at(&words, bit), plain, "bit {bit}");
+            }
+            let first: [u32; 8] = std::array::from_fn(|l| u32::MAX - 40 + 7 * l as u32);
+            let index: [u8; 16] = std::array::from_fn(|i| (11 * i as u8 + 5) % 16);
+            let mut numbers = [0; 16];
+            for bit in 0..64 {
+                let ranks = s.ranks(&words, &first, bit);
+                s.store_u(ranks, &mut numbers);
+                for l in 0..8 {
+                    let below = (words[l] & ((1u64 << bit) - 1)).count_ones();
+                    assert_eq!(numbers[l], first[l].wrapping_add(below), "bit {bit}");
+                    assert_eq!(numbers[8 + l], numbers[l].wrapping_add((words[l] >> bit & 1) as u32), "bit {bit}");
+                }
+                let ordered = numbers;
+                s.store_u(s.pick(ranks, &index), &mut numbers);
+                assert_eq!(numbers, index.map(|i| ordered[usize::from(i)]), "bit {bit}");
             }
             for mask in [0u16, 1, 0x8000, 0xffff, 0x1234, 0xfedc, 0x0ff0, s.gt(x, y)] {
                 s.compress(x, mask, &mut buf);

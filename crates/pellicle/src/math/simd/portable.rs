@@ -14,6 +14,7 @@ fn each(a: F, b: F, f: impl Fn(f32, f32) -> f32) -> F {
 
 impl Simd for Portable {
     type F = F;
+    type U = [u32; LANES];
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -103,6 +104,30 @@ impl Simd for Portable {
             bits |= ((words[c] >> bit & 1) as u8) << c;
         }
         bits
+    }
+
+    #[inline(always)]
+    fn ranks(self, words: &[u64; 8], first: &[u32; 8], bit: u32) -> [u32; LANES] {
+        let mut ranks = [0; LANES];
+        for l in 0..8 {
+            ranks[l] = first[l].wrapping_add((words[l] & ((1 << bit) - 1)).count_ones());
+            ranks[8 + l] = ranks[l].wrapping_add((words[l] >> bit & 1) as u32);
+        }
+        ranks
+    }
+
+    #[inline(always)]
+    fn pick(self, from: [u32; LANES], index: &[u8; LANES]) -> [u32; LANES] {
+        let mut picked = [0; LANES];
+        for i in 0..LANES {
+            picked[i] = from[usize::from(index[i] & 15)];
+        }
+        picked
+    }
+
+    #[inline(always)]
+    fn store_u(self, v: [u32; LANES], to: &mut [u32]) {
+        to[..LANES].copy_from_slice(&v);
     }
 
     #[inline(always)]

@@ -14,7 +14,7 @@ use crate::{
         resolve::Level,
         rows::{Grid, Iso, Rows},
     },
-    math::simd::Unit,
+    math::{memory::filled, simd::Unit},
     mesh::face_normals,
 };
 use window::Window;
@@ -130,13 +130,13 @@ impl<'a> Contour<'a> {
 
     /// One surface as a mesh, with the normals that the parameters ask for.
     pub fn mesh(&self, surface: usize) -> Mesh {
-        let mut vertices = vec![[0.0; 3]; self.vertices(surface)];
-        let mut triangles = vec![[0; 3]; self.triangles(surface)];
+        let mut vertices = filled([0.0; 3], self.vertices(surface));
+        let mut triangles = filled([0; 3], self.triangles(surface));
         self.window.emit_vertices(surface, &mut vertices);
         self.window.emit_triangles(surface, &mut triangles);
         let mut normals = Vec::new();
         if self.normals != VertexNormals::Off {
-            normals = vec![[0.0; 3]; vertices.len()];
+            normals = filled([0.0; 3], vertices.len());
             self.emit_normals(surface, self.normals, &vertices, &triangles, &mut normals);
         }
         Mesh { origin: self.origin, vertices, normals, triangles, ..Mesh::default() }

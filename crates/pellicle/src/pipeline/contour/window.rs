@@ -84,8 +84,9 @@ impl<'a> Window<'a> {
     }
 
     pub(super) fn emit_vertices(&self, surface: usize, to: &mut [[f32; 3]]) {
-        let (unit, signs, iso) = (self.unit, &self.signs, self.isos[surface]);
-        self.for_vertices(surface, to, |rows, to| self.grid.vertices(Vertices { unit, signs, iso, rows, to }));
+        let (unit, signs, counted) = (self.unit, &self.signs, &self.counted[surface]);
+        let iso = self.isos[surface];
+        self.for_vertices(surface, to, |rows, to| self.grid.vertices(Vertices { unit, signs, counted, iso, rows, to }));
     }
 
     pub(super) fn emit_normals(&self, surface: usize, to: &mut [[f32; 3]]) {
