@@ -204,6 +204,13 @@ impl<T: Scalar> Row<'_, T> {
         (self.first as isize + x as isize * self.stride) as usize
     }
 
+    /// Sample of lattice node `i`, if it has one.
+    #[inline(always)]
+    pub(crate) fn sample(&self, i: usize) -> Option<&T> {
+        let x = i.wrapping_sub(self.pad);
+        if x < self.len { self.samples.get(self.element(x)) } else { None }
+    }
+
     /// Value of lattice node `i` minus the isovalue: [`ABSENT`] where it is absent, and never further from 0 than that.
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> f64 {

@@ -39,9 +39,13 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, s: S) {
         let (grid, Vertices { signs, counted, iso, to, rows, .. }) = (self.grid, self.task);
         let shape = &grid.shape;
+        // Few vertices lie far apart in memory: each would be waited for.
+        if to.len() * 16 < rows.len() * shape.nodes[0] {
+            prefetch(s, grid, signs, iso, rows.clone());
+        }
         let mut to = to;
         let mut at = Gathered { node: [0; 64], ends: [[0.0; 64]; 2] };
         for row in rows {
@@ -71,6 +75,37 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
             }
             if let (true, [Some(y), Some(z), Some(yz)]) = (iso.level != Level::Classic, [y, z, yz]) {
                 write_inner(grid, iso, row, &[own, y, z, yz], &mut to);
+            }
+        }
+    }
+}
+
+/// Asks for the samples at both ends of all crossed edges that begin in some rows.
+#[inline(always)]
+fn prefetch<S: Simd, T: Scalar>(s: S, grid: &Grid<'_, T>, signs: &Signs, iso: Iso, rows: Range<usize>) {
+    for row in rows {
+        let [Some(own), y, z, _] = four_rows(&grid.shape, signs, iso.number, row) else { continue };
+        let (j, k) = (row % grid.shape.nodes[1], row / grid.shape.nodes[1]);
+        let from = grid.row(j, k, iso.value);
+        let ask = |row: &Row<'_, T>, w: usize, crossed: u64| {
+            let mut left = crossed;
+            while left != 0 {
+                if let Some(sample) = row.sample(64 * w + left.trailing_zeros() as usize) {
+                    s.prefetch(sample);
+                }
+                left &= left - 1;
+            }
+        };
+        for w in 0..own.len() {
+            let next = if w + 1 < own.len() { own[w + 1] } else { 0 };
+            ask(&from, w, own[w] ^ (own[w] >> 1 | next << 63));
+        }
+        for (beyond, at) in [(y, [j + 1, k]), (z, [j, k + 1])] {
+            let Some(beyond) = beyond else { continue };
+            let there = grid.row(at[0], at[1], iso.value);
+            for w in 0..own.len() {
+                ask(&from, w, own[w] ^ beyond[w]);
+                ask(&there, w, own[w] ^ beyond[w]);
             }
         }
     }

@@ -78,6 +78,9 @@ pub trait Simd: Copy + Send + Sync {
     /// Writes to the first 16 places of `to`, which must have as many.
     fn store_u(self, v: Self::U, to: &mut [u32]);
 
+    /// Asks for the cache line of a value that will be read soon.
+    fn prefetch<T>(self, value: &T);
+
     /// Runs `kernel` with this type's instructions enabled.
     fn run<K: Kernel>(self, kernel: K) -> K::Output;
 }
