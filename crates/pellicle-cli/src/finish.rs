@@ -1,7 +1,8 @@
-//! `--smooth` and `--keep`: what is done to a mesh once it is there, shared by the verbs that make one.
+//! `--smooth`, `--decimate` and `--keep`: what is done to a mesh once it is there, shared by the verbs that make one.
 
 use pellicle::post::Finish;
 use pellicle::post::components::{Cavities, Keep};
+use pellicle::post::decimate::Target;
 use pellicle::post::smooth::Smoothing;
 
 /// What `--smooth` asks for.
@@ -54,6 +55,19 @@ pub fn parse_keep(text: &str) -> Result<Keep, String> {
     Ok(keep)
 }
 
+/// A share of the triangles, `error=X` or `triangles=N`, or nothing.
+pub fn parse_decimate(text: &str) -> Result<Target, String> {
+    const FORMS: &str = "a share of the triangles from 0 to 1, error=LENGTH or triangles=N";
+    let target = match text.split_once('=') {
+        None if text.is_empty() => Some(Target::default()),
+        None => text.parse().ok().filter(|share| (0.0..=1.0).contains(share)).map(Target::Share),
+        Some(("error", length)) => length.parse().ok().filter(|x: &f64| x.is_finite() && *x >= 0.0).map(Target::Error),
+        Some(("triangles", count)) => count.parse().ok().map(Target::Triangles),
+        Some(_) => None,
+    };
+    target.ok_or_else(|| format!("must be {FORMS}"))
+}
+
 /// Calls `take` with every KEY=VALUE of a list; `false` says that there is no such key.
 fn each_setting(
     text: &str,
@@ -104,13 +118,16 @@ pub struct Finishing {
 
 impl Finishing {
     /// As typed.
-    pub fn new(smooth: Option<Smooth>, keep: Option<Keep>) -> Self {
-        let keep = keep.unwrap_or_default();
+    pub fn new(smooth: Option<Smooth>, decimate: Option<Target>, keep: Option<Keep>) -> Self {
+        let finish = Finish { keep: keep.unwrap_or_default(), decimate, ..Finish::default() };
         let Some(Smooth { iterations, strength, weights, snap, normals }) = smooth else {
-            return Self { finish: Finish { keep, ..Finish::default() }, weighted: false };
+            return Self { finish, weighted: false };
         };
         let smoothing = Some(Smoothing { iterations, strength });
-        Self { finish: Finish { keep, snap, smoothing, normals: Some(normals) }, weighted: weights && iterations > 0 }
+        Self {
+            finish: Finish { snap, smoothing, normals: Some(normals), ..finish },
+            weighted: weights && iterations > 0,
+        }
     }
 
     /// For the output's header; `None` where nothing is done.
@@ -118,7 +135,7 @@ impl Finishing {
         if self.finish.is_nothing() {
             return None;
         }
-        let Finish { keep, snap, smoothing, normals } = self.finish;
+        let Finish { keep, snap, smoothing, decimate, normals } = self.finish;
         let on = |is_on| if is_on { "on" } else { "off" };
         let mut words = vec!["finish".to_owned()];
         if keep != Keep::default() {
@@ -132,6 +149,11 @@ impl Finishing {
                 on(snap)
             ));
         }
+        words.extend(decimate.map(|target| match target {
+            Target::Share(share) => format!("decimate {share}"),
+            Target::Error(error) => format!("decimate error={error}"),
+            Target::Triangles(count) => format!("decimate triangles={count}"),
+        }));
         words.extend(normals.map(|n| format!("normals={n}")));
         Some(words.join(" "))
     }
@@ -145,12 +167,19 @@ mod tests {
     fn settings_arrive_and_the_rest_is_the_default() {
         assert_eq!(parse_smooth(""), Ok(Smooth::default()));
         let smooth = parse_smooth("iterations=5, weights=off,snap=off,strength=0.5,normals=0").unwrap();
-        let found = Finishing::new(Some(smooth), Some(parse_keep("largest=2,volume=0.1,cavities=off").unwrap()));
+        let found = Finishing::new(
+            Some(smooth),
+            Some(parse_decimate("error=0.5").unwrap()),
+            Some(parse_keep("largest=2,volume=0.1,cavities=off").unwrap()),
+        );
         let keep = Keep { largest: Some(2), min_volume: 0.1, cavities: Cavities::Fill };
         let smoothing = Some(Smoothing { iterations: 5, strength: 0.5 });
-        assert_eq!(found.finish, Finish { keep, snap: false, smoothing, normals: Some(0) });
+        assert_eq!(
+            found.finish,
+            Finish { keep, snap: false, smoothing, decimate: Some(Target::Error(0.5)), normals: Some(0) }
+        );
         assert!(!found.weighted && found.record().is_some());
-        assert_eq!(Finishing::new(None, None), Finishing::default());
+        assert_eq!(Finishing::new(None, None, None), Finishing::default());
         assert_eq!(Finishing::default().record(), None);
     }
 
@@ -163,6 +192,12 @@ mod tests {
             ("weights=1", "on or off"),
         ] {
             assert!(parse_smooth(text).unwrap_err().contains(told), "{text}");
+        }
+        assert_eq!(parse_decimate(""), Ok(Target::Share(0.25)));
+        assert_eq!(parse_decimate("0.1"), Ok(Target::Share(0.1)));
+        assert_eq!(parse_decimate("triangles=500"), Ok(Target::Triangles(500)));
+        for wrong in ["1.5", "x", "error=-1", "error=nan", "triangles=0.5", "share=0.5"] {
+            assert!(parse_decimate(wrong).unwrap_err().contains("share of the triangles"), "{wrong}");
         }
         assert!(parse_keep("volume=nan").is_err() && parse_keep("largest=x").is_err());
     }

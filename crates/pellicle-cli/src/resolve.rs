@@ -148,7 +148,7 @@ impl MeshJob {
                 CellArg::Tetra5 => Some(Tetrahedra::Five),
                 CellArg::Tetra6 => Some(Tetrahedra::Six),
             },
-            finishing: Finishing::new(args.finish.smooth, args.finish.keep),
+            finishing: Finishing::new(args.finish.smooth, args.finish.decimate, args.finish.keep),
             read,
             choice,
             carry,

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use pellicle::post::components::Keep;
+use pellicle::post::decimate::Target;
 use pellicle_io::AttributeChoice;
 
 use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, WatchArgs};
-use crate::finish::{Smooth, parse_keep, parse_smooth};
+use crate::finish::{Smooth, parse_decimate, parse_keep, parse_smooth};
 use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, parse_threads};
 
 /// `mesh IN`.
@@ -127,6 +128,10 @@ pub struct FinishArgs {
     #[arg(long, value_name = "KEY=VALUE,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
     #[arg(value_parser = parse_smooth)]
     pub smooth: Option<Smooth>,
+    /// Fewer faces: 0.1, triangles=N, error=LENGTH [default: all]
+    #[arg(long, value_name = "SHARE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    #[arg(value_parser = parse_decimate)]
+    pub decimate: Option<Target>,
     /// Components: largest=N,volume=V,cavities=off [default: all]
     #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
     pub keep: Option<Keep>,

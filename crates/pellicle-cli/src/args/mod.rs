@@ -181,11 +181,11 @@ pub struct ManArgs {
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Run")]
 pub struct ConfigArgs {
-    /// Take options that are not typed from this TOML file [default: none]
+    /// Options from a TOML file, as --print-config prints it [default: none]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Print all options as TOML, and do nothing else
-    #[arg(long)]
+    #[arg(long, hide_short_help = true, hide_long_help = true)]
     pub print_config: bool,
 }
 

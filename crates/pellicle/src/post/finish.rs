@@ -5,6 +5,7 @@
 use super::{
     check,
     components::{Dropped, Keep, keep},
+    decimate::{self, decimate},
     normals,
     smooth::{self, Smoothing},
     snap,
@@ -20,6 +21,8 @@ pub struct Finish {
     pub snap: bool,
     /// How much is smoothed. Default: not at all.
     pub smoothing: Option<Smoothing>,
+    /// Where decimation ends, after smoothing. Default: all triangles stay.
+    pub decimate: Option<decimate::Target>,
     /// Normals from the triangles, averaged so many times. Default: those that the mesh has, unless it is smoothed, when
     /// those no longer fit and 0 is taken.
     pub normals: Option<usize>,
@@ -42,7 +45,9 @@ impl Finish {
         let values: u64 = mesh.attributes.iter().map(|a| a.components as u64).sum();
         let copy = (12 + 12 * u64::from(!mesh.normals.is_empty()) + 4 * values) * v + 12 * t;
         let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
-        8 * v + 24 * t + (32 * v).max(again)
+        // The mesh twice, quadrics and candidates, and the triangles of a round.
+        let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
+        8 * v + 24 * t + (32 * v).max(again).max(fewer)
     }
 
     fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
@@ -52,6 +57,7 @@ impl Finish {
         if self.snap {
             snap::check_spacing(spacing)?;
         }
+        self.decimate.map_or(Ok(()), |target| target.check())?;
         self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
     }
 
@@ -93,12 +99,22 @@ impl Finish {
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
         let normals = self.normals.or(stale.then_some(0));
-        if self.smoothing.is_some() || normals.is_some() {
+        if self.smoothing.is_some() || normals.is_some() && self.decimate.is_none() {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
         }
         if let Some(smoothing) = &self.smoothing {
             let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
             smooth::with_stars(mesh, &stars, weights.as_deref(), smoothing, control)?;
+        }
+        if let Some(target) = self.decimate {
+            // Stale normals are made again below: they need not travel.
+            if normals.is_some() {
+                mesh.normals.clear();
+            }
+            decimate(mesh, target, control)?;
+            if normals.is_some() {
+                stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            }
         }
         if let Some(iterations) = normals {
             normals::with_stars(mesh, &stars, iterations, control)?;

@@ -7,6 +7,7 @@
 //! Source: this project; each verb names its own.
 
 pub mod components;
+pub mod decimate;
 mod finish;
 pub mod largest;
 pub mod normals;
