@@ -1,17 +1,15 @@
-//! The topological level against an exact judge of the trilinear interpolant.
+//! An exact judge of the trilinear interpolant's zero set.
 //!
 //! The judge knows nothing of tables, loops or saddles of the cell: it sweeps each cell by planes across one axis. A slice is
 //! bilinear, so its zero set is at most two arcs; arcs change only where a corner of the slice changes sign or where
 //! A·C = B·D. All that is compared are whole numbers (`i128`), so nothing is rounded. It sweeps along all three axes and
 //! insists that they agree.
 
-use pellicle::{ContourParams, Level, Volume, contour, mesh::Report};
-
 /// What the zero set of the interpolant is: components and Euler number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Topology {
-    components: usize,
-    euler: i64,
+pub struct Topology {
+    pub components: usize,
+    pub euler: i64,
 }
 
 /// A number of the form p/q, q > 0.
@@ -188,7 +186,7 @@ fn sweep(f: [i128; 8], axis: usize, joins: &mut Vec<[[usize; 2]; 2]>) -> Option<
 }
 
 /// The judge: grid of whole numbers, none of them 0.
-fn judge(samples: &[i128], n: usize, axis: usize) -> Option<Topology> {
+pub fn judge(samples: &[i128], n: usize, axis: usize) -> Option<Topology> {
     let node = |i: usize, j: usize, k: usize| i + n * (j + n * k);
     let name = |low: usize, high: usize| {
         3 * low
@@ -234,72 +232,45 @@ fn judge(samples: &[i128], n: usize, axis: usize) -> Option<Topology> {
     Some(Topology { components, euler: cells - faces + points })
 }
 
-struct Random(u64);
+/// What the zero set of one cell's interpolant is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CellTopology {
+    pub components: usize,
+    pub euler: i64,
+    /// Closed curves in which it meets the cell's faces.
+    pub loops: usize,
+}
 
-impl Random {
-    fn below(&mut self, n: u64) -> i128 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        i128::from((self.0 >> 33) % n)
+/// The judge of one cell of whole numbers, none of them 0. `None` where the surface is singular.
+pub fn judge_cell(f: [i128; 8]) -> Option<CellTopology> {
+    let name = |[low, high]: [usize; 2]| 8 * low + high;
+    let pieces = |graph: &UnionFind| {
+        let steps = (0..8usize).flat_map(|low| [1, 2, 4].map(|step| (low, low | step)));
+        let crossed = steps.filter(|&(low, high)| low < high && (f[low] > 0) != (f[high] > 0));
+        crossed.filter(|&(low, high)| graph.root(name([low, high])) == name([low, high])).count()
+    };
+    let mut verdicts = Vec::new();
+    for axis in 0..3 {
+        let (mut graph, mut joins) = (UnionFind((0..64).collect()), Vec::new());
+        let euler = sweep(f, axis, &mut joins)?;
+        joins.into_iter().for_each(|[a, b]| graph.join(name(a), name(b)));
+        verdicts.push((pieces(&graph), euler));
     }
-}
-
-/// A random grid of 5³ samples within a layer of samples outside, of sizes up to `size`, none of them 0.
-fn random_grid(random: &mut Random, size: u64) -> Vec<i128> {
-    let mut sample = || (1 + random.below(size)) * (2 * random.below(2) - 1);
-    (0..343)
-        .map(|n| {
-            let border = [n % 7, n / 7 % 7, n / 49].iter().any(|&i| i == 0 || i == 6);
-            let value = sample();
-            if border { -value.abs() } else { value }
-        })
-        .collect()
-}
-
-fn report(samples: &[i128], n: usize, level: Level) -> Report {
-    let samples: Vec<i16> = samples.iter().map(|&v| v as i16).collect();
-    let volume = Volume::new(&samples, [n; 3]).expect("fits");
-    Report::of(&contour(&volume, 0.0, &ContourParams { level, ..ContourParams::default() }).expect("good"))
-}
-
-/// Grids compared, those skipped as singular, and how many the other levels got right.
-fn compare(grids: usize, size: u64, seed: u64) -> (usize, usize, [usize; 2]) {
-    let mut random = Random(seed);
-    let (mut compared, mut singular, mut others) = (0, 0, [0; 2]);
-    while compared < grids {
-        let samples = random_grid(&mut random, size);
-        let verdicts = [0, 1, 2].map(|axis| judge(&samples, 7, axis));
-        let [Some(want), Some(y), Some(z)] = verdicts else {
-            singular += 1;
-            continue;
+    assert!(verdicts.iter().all(|verdict| *verdict == verdicts[0]), "the judge disagrees with itself on {f:?}");
+    let mut curves = UnionFind((0..64).collect());
+    for face in 0..6 {
+        let end = face % 2;
+        let corners = square(face / 2).map(|c| c[end]);
+        let side = |s: usize| {
+            let (a, b) = (corners[s], corners[(s + 1) % 4]);
+            name([a.min(b), a.max(b)])
         };
-        assert_eq!((want, want), (y, z), "the judge disagrees with itself on {samples:?}");
-        let got = report(&samples, 7, Level::Topological);
-        assert!(got.closed_manifold(), "{got:?}");
-        let found = Topology { components: got.components, euler: got.euler_characteristic };
-        assert_eq!(found, want, "grid {compared}: {samples:?}");
-        for (level, right) in [Level::Classic, Level::Consistent].into_iter().zip(&mut others) {
-            let got = report(&samples, 7, level);
-            assert!(got.closed_manifold(), "{level:?}: {got:?}");
-            *right += usize::from((got.components, got.euler_characteristic) == (want.components, want.euler));
+        let signs = corners.map(|c| f[c] > 0);
+        let product = f[corners[0]] * f[corners[2]] - f[corners[1]] * f[corners[3]];
+        for [a, b] in arcs(signs, product > 0) {
+            curves.join(side(a), side(b));
         }
-        compared += 1;
     }
-    (compared, singular, others)
-}
-
-#[test]
-fn ten_thousand_random_grids_have_the_topology_of_the_trilinear_interpolant() {
-    let (compared, singular, [classic, consistent]) = compare(10_000, 1000, 5);
-    println!(
-        "{compared} grids equal, {singular} singular ones left out; classic {classic}, consistent {consistent} equal"
-    );
-    assert!(classic < compared / 10, "the grids are too easy");
-    assert!(singular < compared);
-}
-
-#[test]
-fn smooth_grids_near_singular_have_it_too() {
-    // Few values: the same products come again and again, so many grids are near singular ones.
-    let (compared, singular, _) = compare(200, 60, 11);
-    println!("{compared} grids equal, {singular} singular ones left out");
+    let (components, euler) = verdicts[0];
+    Some(CellTopology { components, euler, loops: pieces(&curves) })
 }
