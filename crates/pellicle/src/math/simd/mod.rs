@@ -174,7 +174,7 @@ mod tests {
                 let plain = (0..8).fold(0, |bits, c| bits | ((words[c] >> bit & 1) as u8) << c);
                 assert_eq!(s.bits_at(&words, bit), plain, "bit {bit}");
             }
-            let first: [u32; 8] = std::array::from_fn(|l| u32::MAX - 40 + 7 * l as u32);
+            let first: [u32; 8] = std::array::from_fn(|l| u32::MAX - 60 + 7 * l as u32);
             let index: [u8; 16] = std::array::from_fn(|i| (11 * i as u8 + 5) % 16);
             let mut numbers = [0; 16];
             for bit in 0..64 {
