@@ -31,9 +31,9 @@ const SPACING: f64 = 2.0 * RADIUS;
 
 /// Operations on vectors that one evaluation takes at least: distance, kernel, sums.
 const OPERATIONS: [(&str, f64); 9] = [
-    ("sph", 12.25),
+    ("sph", 13.25),
     ("zhu-bridson", 13.25),
-    ("solenthaler", 32.0),
+    ("solenthaler", 31.25),
     ("adams", 15.25),
     ("onderik", 14.25),
     ("anisotropic", 26.0),
