@@ -185,7 +185,7 @@ pub struct ConfigArgs {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Print all options as TOML, and do nothing else
-    #[arg(long, hide_short_help = true, hide_long_help = true)]
+    #[arg(long, hide = true)]
     pub print_config: bool,
 }
 

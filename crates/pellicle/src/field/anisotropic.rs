@@ -177,15 +177,17 @@ impl Shapes {
     }
 }
 
-/// G d.
+/// G d. No closure: it need not be inlined, and then runs without the vector unit's instructions.
 #[inline(always)]
 fn stretched<S: Simd>(s: S, d: [S::F; 3], row: Row<'_>) -> [S::F; 3] {
-    // No closures over arrays in hot loops: they need not be inlined, and then run without the vector unit's instructions.
-    let product = |i: usize, j: usize, k: usize| {
-        let xy = s.add(s.mul(s.splat(row.get(i)), d[0]), s.mul(s.splat(row.get(j)), d[1]));
-        s.add(xy, s.mul(s.splat(row.get(k)), d[2]))
-    };
-    [product(0, 1, 2), product(1, 3, 4), product(2, 4, 5)]
+    [product(s, d, row, [0, 1, 2]), product(s, d, row, [1, 3, 4]), product(s, d, row, [2, 4, 5])]
+}
+
+/// One row of G, in these columns, times d.
+#[inline(always)]
+fn product<S: Simd>(s: S, d: [S::F; 3], row: Row<'_>, [i, j, k]: [usize; 3]) -> S::F {
+    let xy = s.add(s.mul(s.splat(row.get(i)), d[0]), s.mul(s.splat(row.get(j)), d[1]));
+    s.add(xy, s.mul(s.splat(row.get(k)), d[2]))
 }
 
 /// 1 − ‖q‖², at least 0.
