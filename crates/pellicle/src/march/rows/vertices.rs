@@ -80,34 +80,37 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
     }
 }
 
-/// Asks for the samples at both ends of all crossed edges that begin in some rows.
+/// Asks for the samples that the vertices of some rows are read from; the upper end of an x edge comes with the lower.
 #[inline(always)]
 fn prefetch<S: Simd, T: Scalar>(s: S, grid: &Grid<'_, T>, signs: &Signs, iso: Iso, rows: Range<usize>) {
     for row in rows {
         let [Some(own), y, z, _] = four_rows(&grid.shape, signs, iso.number, row) else { continue };
         let (j, k) = (row % grid.shape.nodes[1], row / grid.shape.nodes[1]);
         let from = grid.row(j, k, iso.value);
-        let ask = |row: &Row<'_, T>, w: usize, crossed: u64| {
-            let mut left = crossed;
-            while left != 0 {
-                if let Some(sample) = row.sample(64 * w + left.trailing_zeros() as usize) {
-                    s.prefetch(sample);
-                }
-                left &= left - 1;
-            }
-        };
         for w in 0..own.len() {
             let next = if w + 1 < own.len() { own[w + 1] } else { 0 };
-            ask(&from, w, own[w] ^ (own[w] >> 1 | next << 63));
+            ask(s, &from, w, own[w] ^ (own[w] >> 1 | next << 63));
         }
         for (beyond, at) in [(y, [j + 1, k]), (z, [j, k + 1])] {
             let Some(beyond) = beyond else { continue };
             let there = grid.row(at[0], at[1], iso.value);
             for w in 0..own.len() {
-                ask(&from, w, own[w] ^ beyond[w]);
-                ask(&there, w, own[w] ^ beyond[w]);
+                ask(s, &from, w, own[w] ^ beyond[w]);
+                ask(s, &there, w, own[w] ^ beyond[w]);
             }
         }
+    }
+}
+
+/// Asks for some samples of one word.
+#[inline(always)]
+fn ask<S: Simd, T: Scalar>(s: S, row: &Row<'_, T>, w: usize, nodes: u64) {
+    let mut left = nodes;
+    while left != 0 {
+        if let Some(sample) = row.sample(64 * w + left.trailing_zeros() as usize) {
+            s.prefetch(sample);
+        }
+        left &= left - 1;
     }
 }
 

@@ -85,9 +85,11 @@ impl Shrinking {
         let most = (mesh.triangles.len() - left).div_ceil(2);
         chosen.truncate(most);
         self.stale.par_iter_mut().for_each(|stale| *stale = false);
-        let judge = |edge: &Edge| self.place(mesh, edge.ends).filter(|_| self.may_collapse(mesh, edge.ends));
-        let places: Vec<Option<[f32; 3]>> =
-            chosen.par_iter().with_min_len(CHUNK / 8).map(|edge| judge(edge).map(|(place, _)| place)).collect();
+        let judge = |edge: &Edge| {
+            let (place, _) = self.place(mesh, edge.ends)?;
+            self.may_collapse(mesh, edge.ends, place).then_some(place)
+        };
+        let places: Vec<Option<[f32; 3]>> = chosen.par_iter().with_min_len(CHUNK / 8).map(judge).collect();
         let mut target: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
         let mut moved = Vec::with_capacity(chosen.len());
         for (edge, place) in chosen.iter().zip(places) {
@@ -126,9 +128,9 @@ impl Shrinking {
                 *candidate = Edge::NONE;
                 for corner in this.stars.corners(v) {
                     let ends = [v.min(corner[0] as usize) as u32, v.max(corner[0] as usize) as u32];
-                    let Some((_, cost)) = this.place(mesh, ends) else { continue };
+                    let Some((place, cost)) = this.place(mesh, ends) else { continue };
                     let edge = Edge::new(ends[0], ends[1], cost);
-                    if edge < *candidate && this.may_collapse(mesh, ends) {
+                    if edge < *candidate && this.may_collapse(mesh, ends, place) {
                         *candidate = edge;
                     }
                 }
@@ -185,15 +187,14 @@ impl Shrinking {
         (sum.error(cost) <= self.max_error).then_some((place, cost))
     }
 
-    /// Whether the surface stays what it is when these vertices become one.
-    fn may_collapse(&self, mesh: &Mesh, ends: [u32; 2]) -> bool {
+    /// Whether the surface stays what it is when these vertices become one at this place.
+    fn may_collapse(&self, mesh: &Mesh, ends: [u32; 2], place: [f32; 3]) -> bool {
         let [a, b] = ends.map(|v| self.stars.corners(v as usize));
         let common = a.iter().filter(|corner| b.iter().any(|other| other[0] == corner[0])).count();
         // A tetrahedron would fold up to two triangles back to back.
         if common != 2 || a.len() + b.len() < 7 {
             return false;
         }
-        let Some((place, _)) = self.place(mesh, ends) else { return false };
         let place = place.map(f64::from);
         let keeps_shape = |here: u32, other: u32, &[next, previous]: &[u32; 2]| {
             if next == other || previous == other {
