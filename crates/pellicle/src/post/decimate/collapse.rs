@@ -188,7 +188,7 @@ impl Shrinking {
     }
 
     /// Whether the surface stays what it is when these vertices become one at this place.
-    fn may_collapse(&self, mesh: &Mesh, ends: [u32; 2], place: [f32; 3]) -> bool {
+    pub(super) fn may_collapse(&self, mesh: &Mesh, ends: [u32; 2], place: [f32; 3]) -> bool {
         let [a, b] = ends.map(|v| self.stars.corners(v as usize));
         let common = a.iter().filter(|corner| b.iter().any(|other| other[0] == corner[0])).count();
         // A tetrahedron would fold up to two triangles back to back.

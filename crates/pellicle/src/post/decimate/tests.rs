@@ -85,6 +85,18 @@ fn a_border_stays_and_what_vertices_carry_is_interpolated() {
 }
 
 #[test]
+fn a_collapse_that_turns_a_triangle_over_is_refused() {
+    let mesh = square(4);
+    let shrinking = Shrinking::new(&mesh, f64::INFINITY);
+    // The edge from (1, 1) to (2, 1); the vertices around it lie within 0..=3 by 0..=2.
+    let may = |place| shrinking.may_collapse(&mesh, [6, 11], place);
+    assert!(may([1.5, 1.0, 0.0]) && may([1.2, 1.1, 0.3]));
+    for beyond in [[1.5, 2.6, 0.0], [3.7, 1.0, 0.0], [1.5, -0.6, 0.1]] {
+        assert!(!may(beyond), "{beyond:?}");
+    }
+}
+
+#[test]
 fn an_error_in_world_units_is_kept_to_and_used() {
     let mesh = tangled(1);
     let spacing = Params::new(0.025).spacing();
