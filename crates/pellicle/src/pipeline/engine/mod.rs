@@ -24,9 +24,12 @@ use crate::{
     },
     lattice::Lattice,
     lookup::{cells::Cells, columns::Placed},
-    march::slices::{
-        Blend, Clock, Custom, CustomField, FOREIGN, Lap, March, Needs, Plain, Radial, Scene, Seam, Shading, Sight,
-        Skin, Times, Work,
+    march::{
+        layers,
+        slices::{
+            self, Blend, Clock, Custom, CustomField, FOREIGN, Lap, Plain, Radial, Scene, Seam, Seeds, Shading, Sight,
+            Skin, Times,
+        },
     },
     math::{
         ranges::{PerItem, for_each_part},
@@ -433,6 +436,38 @@ impl<K: Skin> Engine<K> {
     }
 }
 
+/// What one thread needs to march, in either way.
+#[derive(Default)]
+struct Work<C: Copy + Default> {
+    slices: slices::Work<C>,
+    layers: layers::Work<C>,
+}
+
+/// How much room the largest block so far needed.
+#[derive(Clone, Copy, Default)]
+struct Needs {
+    slices: slices::Needs,
+    layers: layers::Needs,
+}
+
+impl Needs {
+    /// Room for both.
+    fn join(&self, other: &Self) -> Self {
+        Self { slices: self.slices.join(&other.slices), layers: self.layers.join(&other.layers) }
+    }
+}
+
+impl<C: Copy + Default> Work<C> {
+    fn needs(&self) -> Needs {
+        Needs { slices: self.slices.needs(), layers: self.layers.needs() }
+    }
+
+    fn provide(&mut self, needs: &Needs) {
+        self.slices.provide(&needs.slices);
+        self.layers.provide(&needs.layers);
+    }
+}
+
 /// Marching some blocks, on as many threads as there are.
 struct Job<'a, B, K: Skin> {
     unit: Unit,
@@ -464,15 +499,16 @@ impl<B: Blend, K: Skin> Job<'_, B, K> {
             }
             let thread = rayon::current_thread_index().unwrap_or(0) % self.works.len();
             let mut work = self.works[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            self.unit.run(March {
-                scene: self.scene,
-                first,
-                seam,
-                sight,
-                members,
-                work: &mut work,
-                piece: &mut kept.piece,
-            });
+            let (scene, piece) = (self.scene, &mut kept.piece);
+            let Work { slices: by_slices, layers: by_layers } = &mut *work;
+            match scene.seeds {
+                Seeds::Complete => {
+                    self.unit.run(layers::March { scene, first, seam, sight, members, work: by_layers, piece })
+                }
+                Seeds::Particles => {
+                    self.unit.run(slices::March { scene, first, seam, sight, members, work: by_slices, piece })
+                }
+            }
             if self.reuse {
                 kept.settle();
             }
