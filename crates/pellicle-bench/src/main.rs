@@ -27,7 +27,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
-    ("roads", "[--json] [--stages]", roads::run),
+    ("roads", "[SCENE [CELLS]] [--json] [--stages]", roads::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
     ("surface-nets", "FILE TYPE NX NY NZ ISO REPEATS", surface_nets::run),

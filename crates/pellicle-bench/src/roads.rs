@@ -2,7 +2,7 @@
 //! knows which one to take. `--json` prints one object a row.
 //!
 //! Both make positions, normals and triangles of every frame in memory that they keep; they take turns, and the middle of
-//! several rounds counts. Columns: particles, cells per reach, threads, crossed cells, milliseconds a frame of each road, and
+//! several rounds counts. `SCENE` and `CELLS` choose one scene and one number of cells per reach. Columns: particles, cells per reach, threads, crossed cells, milliseconds a frame of each road, and
 //! the ratio (above 1 the real-time road is faster). `--stages` also tells what the real-time road counted and how long its
 //! stages took.
 //!
@@ -32,19 +32,24 @@ struct Case {
 
 /// Runs the verb.
 pub fn run(words: &[String]) -> Result<(), String> {
-    let (mut json, mut stages) = (false, false);
+    let (mut json, mut stages, mut chosen) = (false, false, Vec::new());
     for word in words {
         match word.as_str() {
             "--json" => json = true,
             "--stages" => stages = true,
-            other => return Err(format!("{other}: --json or --stages")),
+            other if other.starts_with('-') => return Err(format!("{other}: [SCENE [CELLS]] [--json] [--stages]")),
+            other => chosen.push(other),
         }
     }
+    let only = match chosen.get(1) {
+        None => None,
+        Some(word) => Some(word.parse::<f64>().map_err(|_| format!("{word}: cells per reach, a number"))?),
+    };
     if !json {
         println!("{:<18} particles  cells/reach  threads     cells  bulk ms  real-time ms  ratio", "scene");
     }
-    for case in cases() {
-        for cells in [3.0, 6.0, 10.0] {
+    for case in cases().into_iter().filter(|case| chosen.first().is_none_or(|name| case.name == **name)) {
+        for cells in only.map_or(vec![3.0, 6.0, 10.0], |cells| vec![cells]) {
             for threads in [1, 2] {
                 let pool =
                     rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())?;

@@ -144,7 +144,7 @@ struct Span {
 }
 
 /// What a look-up is to find besides u. Known when compiled, so that nothing is decided at run time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Want {
     /// Reaches or strengths differ: find strengths.
     pub(crate) varied: bool,
@@ -174,12 +174,12 @@ impl Near {
     }
 
     /// Starts anew, to be filled by [`push`](Self::push).
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.len = 0;
     }
 
     /// Adds a particle. There must be [room](Self::provide) for it, and for 16 more.
-    pub(super) fn push(&mut self, u: f32, strength: f32, who: u32) {
+    pub(crate) fn push(&mut self, u: f32, strength: f32, who: u32) {
         (self.u[self.len], self.strength[self.len], self.who[self.len]) = (u, strength, f32::from_bits(who));
         self.len += 1;
     }

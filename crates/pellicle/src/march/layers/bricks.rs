@@ -9,7 +9,7 @@
 //! Source: this project; bits in place of arrays of numbers as in [`slices`](crate::march::slices).
 
 use super::fill::NODES;
-use crate::lookup::{columns::provide, layer::Lists};
+use crate::{bricks::lists::Lists, lookup::columns::provide};
 
 /// No shade.
 const NONE: u16 = u16::MAX;
@@ -29,6 +29,8 @@ pub(super) struct Bricks<C> {
     pub(super) lists: Lists,
     pub(super) inside: Vec<u64>,
     pub(super) filled: Vec<bool>,
+    /// Nodes at the ends of crossed edges.
+    pub(super) needed: Vec<u64>,
     pub(super) values: Vec<[f32; NODES]>,
     shade: Vec<u16>,
     shades: Vec<Shade<C>>,
@@ -41,6 +43,7 @@ impl<C> Default for Bricks<C> {
             lists: Lists::default(),
             inside: Vec::new(),
             filled: Vec::new(),
+            needed: Vec::new(),
             values: Vec::new(),
             shade: Vec::new(),
             shades: Vec::new(),
@@ -52,8 +55,10 @@ impl<C> Default for Bricks<C> {
 impl<C: Copy + Default> Bricks<C> {
     /// Starts a layer of so many bricks of which nothing is known.
     pub(super) fn begin(&mut self, bricks: usize) {
-        self.inside.clear();
-        self.inside.resize(bricks, 0);
+        for bits in [&mut self.inside, &mut self.needed] {
+            bits.clear();
+            bits.resize(bricks, 0);
+        }
         self.filled.clear();
         self.filled.resize(bricks, false);
         self.shade.clear();
@@ -102,6 +107,7 @@ impl<C: Copy + Default> Bricks<C> {
     /// Makes room for so many bricks, and shades with so many nodes' user data.
     pub(super) fn provide(&mut self, bricks: usize, shades: usize, corners: usize) {
         provide(&mut self.inside, bricks);
+        provide(&mut self.needed, bricks);
         provide(&mut self.filled, bricks);
         provide(&mut self.shade, bricks);
         self.values.resize(bricks.max(self.values.len()), [0.0; NODES]);
@@ -110,7 +116,7 @@ impl<C: Copy + Default> Bricks<C> {
 
     /// Bytes in use, with shades of so many nodes' user data.
     pub(super) fn bytes(&self, corners: usize) -> usize {
-        self.inside.len() * (size_of::<[f32; NODES]>() + 8 + 1 + 2)
+        self.inside.len() * (size_of::<[f32; NODES]>() + 16 + 1 + 2)
             + self.taken * (size_of::<Shade<C>>() + corners * size_of::<C>())
     }
 }

@@ -11,8 +11,8 @@
 //! further dimensions of the projection; no closures, since these would not have the lanes' instructions.
 
 use crate::{
+    bricks::lists::{List, SIDE},
     field::falloff::Falloff,
-    lookup::layer::{List, SIDE},
     math::simd::{LANES, Simd},
 };
 
@@ -97,21 +97,4 @@ pub(super) fn outward<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usi
             s.store(sums[plane][axis], &mut to[axis][LANES * (first + plane)..]);
         }
     }
-}
-
-/// Sums of the least and of the most that the particles can bring anywhere in the brick: bounds on the field there, but for
-/// rounding.
-#[inline(always)]
-pub(super) fn bounds<S: Simd, W: Falloff>(s: S, falloff: &W, list: &List<'_>) -> [f32; 2] {
-    let (mut least, mut most) = (s.splat(0.0), s.splat(0.0));
-    for first in (0..list.entries.len()).step_by(LANES) {
-        let [near, far] = list.extremes(s, first);
-        let (mut near, mut far) = (falloff.value(s, near), falloff.value(s, far));
-        if !list.strengths.is_empty() {
-            let factors = list.factors(s, first);
-            (near, far) = (s.mul(near, factors), s.mul(far, factors));
-        }
-        (least, most) = (s.add(least, far), s.add(most, near));
-    }
-    [s.sum(least), s.sum(most)]
 }

@@ -7,11 +7,9 @@
 //! slab z      two slices' vertex numbers (x, y) and those between them (z); cells to do: one bit each
 //! ```
 //!
-//! A brick is 4×4×4 nodes. The particles that reach a layer's bricks are entered in one list a brick. Where contributions
-//! are not negative and never grow with the distance, the field within a brick lies between the sum of what each particle
-//! brings at its largest distance from the brick's nodes and the sum of what it brings at its least: with a margin for
-//! rounding, that proves bricks to be on one side. All others are evaluated, 16 nodes at a time. So nothing is missed, no
-//! cube need be followed from another, and a block needs no margin.
+//! A brick is 4×4×4 nodes. Bounds prove some bricks of a layer to be on one side; the particles that reach the others are
+//! entered in one list a brick ([`lists`](crate::bricks::lists)), and all their nodes are evaluated, 16 at a time. So nothing
+//! is missed, no cube need be followed from another, and a block needs no margin.
 //!
 //! Then the layer below is finished: the nodes at ends of crossed edges are found by shift and exclusive-or of the rows'
 //! bits; those get values, outward vectors and user data, whole planes of a brick at once; then each of its four slabs gets
@@ -19,8 +17,7 @@
 //!
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008: slices, todo lists and vertices shared
 //! between cubes from section 4, order from section 5, projections of single slabs from section 6. The complete search, and
-//! layers of bricks whose nodes are lanes, are this project's; the interval bounds are Snyder 1992, Interval analysis for
-//! computer graphics.
+//! layers of bricks whose nodes are lanes, are this project's.
 
 mod bricks;
 mod fill;
@@ -28,14 +25,14 @@ mod shade;
 mod vertices;
 
 use crate::{
-    bricks::boxes::MARGIN,
+    bricks::lists::{Heights, Room, SIDE},
     lattice::Coord,
-    lookup::{
-        columns::{Extent, Near, Want, provide},
-        layer::{Heights, Room, SIDE},
-    },
+    lookup::columns::{Extent, Near, Want, provide},
     march::slices::{Blend, Lap, Piece, Rows, Scene, Seam, Sight, Skin, Todo, WIDEST},
-    math::simd::{Kernel, LANES, Simd},
+    math::{
+        bits::ones,
+        simd::{Kernel, LANES, Simd},
+    },
 };
 use bricks::Bricks;
 use fill::NODES;
@@ -148,7 +145,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
         self.work.numbers.resize(NUMBERED * extent.nodes[0] * extent.nodes[1], 0);
         let layers = extent.nodes[2].div_ceil(SIDE);
         for layer in 0..layers {
-            self.enter(extent, layer);
+            self.enter(s, extent, layer);
             self.piece.times.enter += lap.next();
             self.find_sides(s, extent, layer);
             self.piece.times.seed += lap.next();
@@ -181,16 +178,15 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
     }
 
     /// Enters the particles that reach a layer.
-    fn enter(&mut self, extent: Extent, layer: usize) {
+    #[inline(always)]
+    fn enter<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
         let bricks: usize = bricks_of(extent).iter().product();
         let want = Want { varied: B::WANT.varied, who: B::WANT.who || self.scene.shading.data() };
-        let work = &mut *self.work;
+        let (scene, work) = (self.scene, &mut *self.work);
         let here = &mut work.layers[layer % 2];
         here.begin(bricks);
-        here.lists.enter(extent, layer, self.scene.particles, &work.heights, want);
-        if want.who {
-            work.near.provide(here.lists.room(&work.heights).longest() + 2 * LANES);
-        }
+        let (lists, falloff) = (&mut here.lists, scene.blend.falloff());
+        lists.begin(s, falloff, scene.iso, extent, layer, scene.particles, &work.heights, want);
         for z in SIDE * layer..SIDE * (layer + 1) {
             work.inside[z % RING] = [0; WIDEST];
             work.needed[z % RING] = [0; WIDEST];
@@ -225,35 +221,20 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
     /// Finds the side of every node of a layer: by bounds, or by its value.
     #[inline(always)]
     fn find_sides<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
-        let bricks = bricks_of(extent);
-        let iso = self.scene.iso;
-        for brick in 0..bricks[0] * bricks[1] {
-            let here = &mut self.work.layers[layer % 2];
-            let list = here.lists.list(brick);
-            if list.entries.is_empty() {
-                continue;
-            }
-            let mut inside = None;
-            if let Some(falloff) = self.scene.blend.falloff() {
-                let [least, most] = fill::bounds(s, falloff, &list);
-                self.piece.counts.bounds += 1;
-                if most < iso * (1.0 - MARGIN) {
-                    continue;
-                }
-                if least > iso * (1.0 + MARGIN) {
-                    inside = Some(u64::MAX);
-                }
-            }
-            let inside = match inside {
-                Some(inside) => inside,
-                None => self.fill(s, extent, layer, brick),
-            };
-            if inside != 0 {
-                let (x, y) = (SIDE * (brick % bricks[0]), SIDE * (brick / bricks[0]));
+        let [width, rows] = bricks_of(extent);
+        for row in 0..rows {
+            let lists = &self.work.layers[layer % 2].lists;
+            let (open, certain) = (lists.open[row], lists.inside[row]);
+            self.piece.counts.bounds += u64::from(open.count_ones() + certain.count_ones());
+            for column in ones((open | certain).into()) {
+                let brick = row * width + column;
+                let is_open = open >> column & 1 == 1;
+                let inside = if is_open { self.fill(s, extent, layer, brick) } else { u64::MAX };
                 self.work.layers[layer % 2].inside[brick] = inside;
-                for row in 0..SIDE * SIDE {
-                    let bits = (inside >> (SIDE * row)) & 0b1111;
-                    self.work.inside[(SIDE * layer + row / SIDE) % RING][y + row % SIDE] |= bits << x;
+                for line in 0..if inside == 0 { 0 } else { SIDE * SIDE } {
+                    let bits = inside >> (SIDE * line) & 0b1111;
+                    let slice = &mut self.work.inside[(SIDE * layer + line / SIDE) % RING];
+                    slice[SIDE * row + line % SIDE] |= bits << (SIDE * column);
                 }
             }
         }

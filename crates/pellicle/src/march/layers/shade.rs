@@ -8,11 +8,9 @@ use super::{
     fill::{self, NODES},
 };
 use crate::{
-    lookup::{
-        columns::Extent,
-        layer::{List, SIDE},
-    },
-    march::slices::{Blend, Neighbours, Skin},
+    bricks::lists::{List, SIDE},
+    lookup::columns::Extent,
+    march::slices::{Blend, Neighbours, Skin, WIDEST},
     math::{
         bits::ones,
         simd::{LANES, Simd},
@@ -47,6 +45,7 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
             };
         }
         let mut inside = 0;
+        self.work.near.provide(list.entries.len() + 2 * LANES);
         for (node, value) in values.iter_mut().enumerate().take(LANES * planes) {
             list.find(lane(node), &mut self.work.near);
             *value = self.scene.blend.value(s, &self.work.near, self.scene.particles);
@@ -58,25 +57,37 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
     /// Gives the nodes that are needed, of those in `of` of each brick, what their vertices are made of.
     #[inline(always)]
     pub(super) fn prepare<S: Simd>(&mut self, s: S, extent: Extent, layer: usize, of: u64) {
-        let bricks = bricks_of(extent);
-        let shading = self.scene.shading;
-        for brick in 0..bricks[0] * bricks[1] {
-            let (x, y) = (SIDE * (brick % bricks[0]), SIDE * (brick / bricks[0]));
+        let [width, rows] = bricks_of(extent);
+        let (work, particles) = (&mut *self.work, self.scene.particles);
+        let here = &mut work.layers[layer % 2];
+        let mut late = [0u16; WIDEST / SIDE];
+        for brick in 0..width * rows {
+            let (x, y) = (SIDE * (brick % width), SIDE * (brick / width));
             let mut needed = 0;
             for row in 0..SIDE * SIDE {
-                let bits = self.work.needed[(SIDE * layer + row / SIDE) % RING][y + row % SIDE] >> x & 0b1111;
+                let bits = work.needed[(SIDE * layer + row / SIDE) % RING][y + row % SIDE] >> x & 0b1111;
                 needed |= bits << (SIDE * row);
             }
-            needed &= of;
-            if needed == 0 {
-                continue;
+            here.needed[brick] = needed & of;
+            if needed & of != 0 && !here.filled[brick] {
+                late[brick / width] |= 1 << (brick % width);
             }
-            if !self.work.layers[layer % 2].filled[brick] {
-                // Its side is known from bounds, which the values cannot contradict.
-                self.fill(s, extent, layer, brick);
+        }
+        if late.iter().any(|&bricks| bricks != 0) {
+            // Bounds decided these bricks' sides, which their values cannot contradict; they stand beside a crossing.
+            here.lists.add(&late[..rows], particles);
+            for (row, &bricks) in late.iter().enumerate() {
+                for column in ones(bricks.into()) {
+                    self.fill(s, extent, layer, row * width + column);
+                }
             }
-            if shading.any() {
-                self.shade(s, extent, layer, brick, needed);
+        }
+        if self.scene.shading.any() {
+            for brick in 0..width * rows {
+                let needed = self.work.layers[layer % 2].needed[brick];
+                if needed != 0 {
+                    self.shade(s, extent, layer, brick, needed);
+                }
             }
         }
     }
@@ -107,6 +118,7 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         if !(by_node || shading.data()) {
             return;
         }
+        work.near.provide(list.entries.len() + 2 * LANES);
         for node in ones(needed & !shade.nodes) {
             list.find(lane(node), &mut work.near);
             let place: [i32; 3] = [0, 1, 2].map(|a| first[a] + lane(node)[a] as i32);

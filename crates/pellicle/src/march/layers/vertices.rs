@@ -12,7 +12,8 @@
 
 use super::{March, NUMBERED, RING, bricks_of, place};
 use crate::{
-    lookup::{columns::Extent, layer::SIDE},
+    bricks::lists::SIDE,
+    lookup::columns::Extent,
     march::{
         slices::{Blend, FOREIGN, Owner, Skin, next},
         tables::{CASES, edge_corner},

@@ -1,4 +1,4 @@
-//! Road B: particles → blocks → columns → slices → sink, every frame.
+//! Road B: particles → blocks → lists of bricks (or columns) → layers (or slices) → sink, every frame.
 
 mod keep;
 mod levels;
@@ -7,6 +7,7 @@ mod seams;
 #[cfg(test)]
 mod tests;
 mod view;
+mod work;
 
 pub use keep::Reuse;
 pub use levels::Region;
@@ -40,6 +41,7 @@ use crate::{
 use keep::{Keep, Kept};
 use seams::Seams;
 use view::{Axes, block_key, dot};
+use work::{Needs, Work};
 
 /// Particles of a frame: positions, and what may differ between them.
 #[derive(Debug, Clone, Copy)]
@@ -433,38 +435,6 @@ impl<K: Skin> Engine<K> {
             let (low, high) = nodes.fold((i64::MAX, i64::MIN), |(low, high), n| (low.min(n), high.max(n)));
             if low > high || (low > -NEAR && high < NEAR) { 0 } else { ((low + high) / 2 / NEAR * NEAR) as i32 }
         })
-    }
-}
-
-/// What one thread needs to march, in either way.
-#[derive(Default)]
-struct Work<C: Copy + Default> {
-    slices: slices::Work<C>,
-    layers: layers::Work<C>,
-}
-
-/// How much room the largest block so far needed.
-#[derive(Clone, Copy, Default)]
-struct Needs {
-    slices: slices::Needs,
-    layers: layers::Needs,
-}
-
-impl Needs {
-    /// Room for both.
-    fn join(&self, other: &Self) -> Self {
-        Self { slices: self.slices.join(&other.slices), layers: self.layers.join(&other.layers) }
-    }
-}
-
-impl<C: Copy + Default> Work<C> {
-    fn needs(&self) -> Needs {
-        Needs { slices: self.slices.needs(), layers: self.layers.needs() }
-    }
-
-    fn provide(&mut self, needs: &Needs) {
-        self.slices.provide(&needs.slices);
-        self.layers.provide(&needs.layers);
     }
 }
 
