@@ -152,6 +152,7 @@ fn assemble(surface: &Surface<'_>, attributes: &[Attribute<'_>]) -> Result<Mesh,
         name: attribute.name.into(),
         components: attribute.components,
         values: Vec::new(),
+        carry: attribute.carry,
     }));
     for chunk in chunks {
         assert_eq!(chunk.first_vertex, mesh.vertices.len(), "chunks leave a gap or overlap");

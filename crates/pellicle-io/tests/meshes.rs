@@ -12,10 +12,8 @@ use pellicle_io::{Error, PlyFile, PlyLayout, WriteOptions, check_writable, read_
 fn strip(count: u32, has_normals: bool, has_attributes: bool, origin: [f64; 3]) -> Mesh {
     let vertices: Vec<[f32; 3]> = (0..count).map(|i| [i as f32 * 0.5, (i % 2) as f32, -(i as f32)]).collect();
     let normals = (0..count).map(|i| [0.0, (i % 3) as f32, 1.0]).collect();
-    let attribute = |name: &str, components: usize| VertexAttribute {
-        name: name.into(),
-        components,
-        values: (0..count as usize * components).map(|i| i as f32 - 0.25).collect(),
+    let attribute = |name: &str, components: usize| {
+        VertexAttribute::new(name, components, (0..count as usize * components).map(|i| i as f32 - 0.25).collect())
     };
     Mesh {
         origin,

@@ -14,6 +14,8 @@ pub use distance::{Comparison, Deviation};
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
+use crate::Carry;
+
 /// A values-per-vertex channel, such as a velocity.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VertexAttribute {
@@ -23,6 +25,15 @@ pub struct VertexAttribute {
     pub components: usize,
     /// `components` values per vertex, vertex after vertex.
     pub values: Vec<f32>,
+    /// How a vertex that is made from others gets its value: between theirs, or the nearest one's.
+    pub carry: Carry,
+}
+
+impl VertexAttribute {
+    /// A channel that is interpolated.
+    pub fn new(name: impl Into<String>, components: usize, values: Vec<f32>) -> Self {
+        Self { name: name.into(), components, values, carry: Carry::Mean }
+    }
 }
 
 /// An indexed triangle mesh.

@@ -165,13 +165,13 @@ impl<'a> Attribute<'a> {
     }
 }
 
-/// How a vertex gets its value of an attribute from the particles around.
+/// How a vertex gets its value of an attribute: from the particles around, later from vertices that it takes the place of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Carry {
-    /// Their mean, weighted by what each contributes to the field.
+    /// Their mean, weighted by what each contributes to the field, or by how near each vertex is.
     #[default]
     Mean,
     /// The nearest one's: for ids and types, whose mean means nothing. Of equally near ones the first in canonical order
-    /// (by cell, then by index) counts.
+    /// (by cell, then by index) counts, of vertices the first.
     Nearest,
 }

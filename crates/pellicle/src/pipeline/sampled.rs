@@ -74,7 +74,10 @@ impl Sampled<'_> {
             let interpolate =
                 |of: OctetVertices<'_>, to: &mut [f32]| field.interpolate(unit, of, &columns, attribute, to);
             points.write(&mesh.vertices, components, &mut values, interpolate);
-            mesh.attributes.push(VertexAttribute { name: attribute.name.to_owned(), components, values });
+            mesh.attributes.push(VertexAttribute {
+                carry: attribute.carry,
+                ..VertexAttribute::new(attribute.name, components, values)
+            });
         }
         control.check()?;
         let stats = Stats {

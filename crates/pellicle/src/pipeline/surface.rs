@@ -114,7 +114,7 @@ impl Surface<'_> {
         mesh.attributes.resize_with(self.attributes.len(), VertexAttribute::default);
         for (from, to) in self.attributes.iter().zip(&mut mesh.attributes) {
             from.name.clone_into(&mut to.name);
-            to.components = from.components;
+            (to.components, to.carry) = (from.components, from.carry);
             grow(&mut to.values, vertices.len() * from.components, 0.0);
             let first_value = |chunk: usize| first_vertex(chunk) * from.components;
             let work = |i: usize, to: &mut [_]| self.interpolate(i, from, of(i), to);

@@ -10,7 +10,7 @@ use super::{
     smooth::{self, Smoothing},
     snap,
 };
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
+use crate::{Control, Error, Mesh, VertexAttribute, mesh::stars::Stars};
 
 /// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -87,7 +87,7 @@ impl Finish {
         // The weights travel with the vertices while these are dropped and merged.
         if let Some(values) = crowding {
             let values = values.to_vec();
-            mesh.attributes.push(crate::VertexAttribute { name: String::new(), components: 1, values });
+            mesh.attributes.push(VertexAttribute::new("", 1, values));
         }
         let dropped = if self.keep == Keep::default() { Dropped::default() } else { keep(mesh, &self.keep, control)? };
         // Stars are large: one set of memory serves all verbs.

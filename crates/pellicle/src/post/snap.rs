@@ -206,7 +206,21 @@ fn is_one_fan(fan: &[[u32; 2]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Params, VertexAttribute, mesh::Report, reconstruct};
+    use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
+
+    /// The number of each vertex, to be carried as ids are.
+    fn ids(mesh: &Mesh) -> VertexAttribute {
+        let values = (0..mesh.vertices.len()).map(|v| v as f32).collect();
+        VertexAttribute { carry: Carry::Nearest, ..VertexAttribute::new("id", 1, values) }
+    }
+
+    #[test]
+    fn an_id_is_that_of_the_vertex_nearest_to_the_middle() {
+        // Three vertices of one node around a fourth corner: their mean is nearest to the second.
+        let mesh = Mesh { vertices: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.1, 0.0], [5.0; 3]], ..Mesh::default() };
+        let mesh = Mesh { attributes: vec![ids(&mesh)], ..mesh };
+        assert_eq!(merge(&mesh, &[0, 0, 0, 3]).attributes[0].values, [1.0, 3.0]);
+    }
 
     /// Random particles with necks, droplets and cavities.
     fn tangled(seed: usize) -> (Mesh, Params) {
@@ -246,10 +260,19 @@ mod tests {
     fn vertices_stay_near_and_carry_the_mean() {
         let (mut mesh, params) = tangled(3);
         let values = mesh.vertices.iter().flat_map(|v| [v[0], 2.0 * v[1]]).collect();
-        mesh.attributes = vec![VertexAttribute { name: "a".into(), components: 2, values }];
+        mesh.attributes = vec![VertexAttribute::new("a", 2, values)];
+        mesh.attributes.push(ids(&mesh));
         mesh.normals = vec![[0.0, 0.0, 1.0]; mesh.vertices.len()];
         let before = mesh.clone();
         snap(&mut mesh, params.spacing(), &Control::default()).unwrap();
+        let mut moved = 0;
+        for (v, &id) in mesh.vertices.iter().zip(&mesh.attributes[1].values) {
+            // A mean of ids is hardly ever one of them.
+            let whose = before.vertices[id as usize];
+            assert!(id.fract() == 0.0 && (0..3).all(|a| (whose[a] - v[a]).abs() < 0.9 * params.spacing() as f32));
+            moved += usize::from(whose != *v);
+        }
+        assert!(moved > mesh.vertices.len() / 10);
         for (v, value) in mesh.vertices.iter().zip(mesh.attributes[0].values.chunks(2)) {
             assert!((v[0] - value[0]).abs() < 1e-6 && (2.0 * v[1] - value[1]).abs() < 1e-6);
             let near = before.vertices.iter().map(|o| (0..3).map(|a| (o[a] - v[a]).powi(2)).sum::<f32>());
