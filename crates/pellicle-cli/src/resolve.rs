@@ -14,7 +14,7 @@ use crate::choose::transform::SCALED;
 use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
 use crate::field;
-use crate::finish::Finishing;
+use crate::finish::{Finishing, Of};
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
@@ -148,12 +148,12 @@ impl MeshJob {
                 CellArg::Tetra5 => Some(Tetrahedra::Five),
                 CellArg::Tetra6 => Some(Tetrahedra::Six),
             },
-            finishing: Finishing::new(args.finish.smooth, args.finish.decimate, args.finish.keep),
+            finishing: Finishing::new(&args.finish, Of::Particles)?,
             read,
             choice,
             carry,
             up: args.from.up.into(),
-            threads: args.threads.unwrap_or_else(machine::default_threads),
+            threads: args.machine.threads.unwrap_or_else(machine::default_threads),
             skip_existing: args.frames.skip_existing,
             watch: args.watch.watch,
         })
@@ -206,7 +206,7 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
             BandArg::Full => Band::Full,
         },
         normals: args.normals == Switch::On,
-        max_memory: args.max_memory,
+        max_memory: args.machine.max_memory,
         lanes,
     };
     field::check(&params)?;

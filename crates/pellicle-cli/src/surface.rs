@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use pellicle::post::Finish;
+use pellicle::post::{Finish, snap::Nodes};
 use pellicle::{
     Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, crowding,
 };
@@ -107,7 +107,7 @@ pub fn make(
             clock.begin("finish");
             check_memory(&finish, &mesh, &params, order)?;
             let crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
-            finish.apply(&mut mesh, params.spacing(), crowding.as_deref(), &control).map_err(core)?;
+            finish.apply(&mut mesh, &Nodes::cubic(params.spacing()), crowding.as_deref(), &control).map_err(core)?;
             (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         }
         clock.begin("write");

@@ -8,7 +8,7 @@ use super::{
     decimate::{self, decimate},
     normals,
     smooth::{self, Smoothing},
-    snap,
+    snap::{self, Nodes},
 };
 use crate::{Control, Error, Mesh, VertexAttribute, mesh::stars::Stars};
 
@@ -50,25 +50,25 @@ impl Finish {
         8 * v + 24 * t + (32 * v).max(again).max(fewer)
     }
 
-    fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
+    fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {
         if let Some(values) = crowding.filter(|values| values.len() != mesh.vertices.len()) {
             return Err(Error::Length { what: "crowding".into(), found: values.len(), expected: mesh.vertices.len() });
         }
         if self.snap {
-            snap::check_spacing(spacing)?;
+            nodes.per_unit()?;
         }
         self.decimate.map_or(Ok(()), |target| target.check())?;
         self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
     }
 
-    /// Does it all. `spacing` is the lattice's; `crowding` is how crowded the particles are around each vertex, or `None`
+    /// Does it all. `nodes` are those of the lattice that the mesh was made on; `crowding` is how crowded the particles are around each vertex, or `None`
     /// to smooth everywhere alike.
     ///
     /// ```
-    /// # use pellicle::{Control, Params, post::Finish};
+    /// # use pellicle::{Control, Params, post::{Finish, snap::Nodes}};
     /// let params = Params::new(0.025);
     /// let mut mesh = pellicle::reconstruct(&[[0.0f32; 3], [0.05, 0.0, 0.0]], &params)?;
-    /// Finish::good_looking().apply(&mut mesh, params.spacing(), None, &Control::default())?;
+    /// Finish::good_looking().apply(&mut mesh, &Nodes::cubic(params.spacing()), None, &Control::default())?;
     /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
     /// # Ok::<(), pellicle::Error>(())
     /// ```
@@ -78,12 +78,12 @@ impl Finish {
     pub fn apply(
         &self,
         mesh: &mut Mesh,
-        spacing: f64,
+        nodes: &Nodes,
         crowding: Option<&[f32]>,
         control: &Control<'_>,
     ) -> Result<Dropped, Error> {
         check(mesh)?;
-        self.check(mesh, spacing, crowding)?;
+        self.check(mesh, nodes, crowding)?;
         // The weights travel with the vertices while these are dropped and merged.
         if let Some(values) = crowding {
             let values = values.to_vec();
@@ -94,7 +94,7 @@ impl Finish {
         let mut stars = Stars::default();
         if self.snap {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
-            snap::with_stars(mesh, &stars, spacing, control)?;
+            snap::with_stars(mesh, &stars, nodes, control)?;
         }
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
@@ -144,7 +144,7 @@ mod tests {
             let mut mesh = mesh.clone();
             let crowding = mesh.attributes.pop().unwrap().values;
             let finish = Finish::good_looking();
-            finish.apply(&mut mesh, params.spacing(), weighted.then_some(&crowding[..]), &control).unwrap();
+            finish.apply(&mut mesh, &Nodes::cubic(params.spacing()), weighted.then_some(&crowding[..]), &control).unwrap();
             assert!(Report::of(&mesh).closed_manifold() && mesh.normals.len() == mesh.vertices.len());
             assert!(mesh.attributes.is_empty());
             let drops = Keep { min_volume: 0.0, ..Keep::default() };

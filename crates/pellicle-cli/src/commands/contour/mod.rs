@@ -10,6 +10,7 @@ mod whole;
 
 use std::path::{Path, PathBuf};
 
+use pellicle::post::snap::Nodes;
 use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals};
 use pellicle_io::{Up, VolumeHeader};
 
@@ -19,6 +20,7 @@ use crate::choose::crop::Crop;
 use crate::clock::StageClock;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::{Finishing, Of};
 use crate::interrupt;
 use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
@@ -43,6 +45,7 @@ struct Job<'a> {
     method: Method,
     border: Border,
     keeps_largest: bool,
+    finishing: Finishing,
     up: Up,
     metres_per_unit: Option<f64>,
     params: ContourParams,
@@ -57,6 +60,7 @@ struct Task<'a> {
     header: VolumeHeader,
     /// What is kept of it.
     block: Block,
+    budget: Budget<'a>,
     clock: StageClock,
 }
 
@@ -77,7 +81,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     {
         return Err(job.without_isovalue(&frame.input));
     }
-    let threads = args.threads.unwrap_or_else(machine::default_threads);
+    let threads = args.machine.threads.unwrap_or_else(machine::default_threads);
     machine::thread_pool(threads)?
         .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.contour(frame)))
 }
@@ -106,16 +110,22 @@ impl<'a> Job<'a> {
             method,
             border: if args.surface.open { Border::Open } else { Border::Closed },
             keeps_largest: args.surface.largest,
+            finishing: Finishing::new(&args.finish, Of::Volume)?,
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
             params: ContourParams { level, normals, lanes: machine::lanes_from_environment()? },
-            max_memory: args.max_memory,
+            max_memory: args.machine.max_memory,
             console,
         })
     }
 
     fn has_normals(&self) -> bool {
         self.params.normals != VertexNormals::Off
+    }
+
+    /// Whether the surface of a frame can be written without being in memory as a whole.
+    fn is_piecewise(&self, frame: &Frame) -> bool {
+        !self.keeps_largest && self.finishing.finish.is_nothing() && frame.png.is_none()
     }
 
     /// An error that tells which isovalue to try.
@@ -151,11 +161,11 @@ impl<'a> Job<'a> {
         clock.begin("read");
         let file = self.selection.open(&frame.input)?;
         let block = self.selection.block(file.header(), &frame.input)?;
-        let task = Task { job: self, frame, header: file.header().clone(), block, clock };
         let budget = Budget::new(self.max_memory, &frame.input);
-        let (surfaces, is_streamed) = match task.whole(file, &outputs, &budget)? {
+        let task = Task { job: self, frame, header: file.header().clone(), block, budget, clock };
+        let (surfaces, is_streamed) = match task.whole(file, &outputs)? {
             Some(surfaces) => (surfaces, false),
-            None => (task.stream(&outputs, &budget)?, true),
+            None => (task.stream(&outputs)?, true),
         };
         let (line, report) = (task.line(&surfaces, is_streamed), task.report(&surfaces, is_streamed));
         for (name, time) in &task.clock.stages() {
@@ -191,6 +201,16 @@ impl From<MethodArg> for Method {
             MethodArg::Simplex => Self::Tetrahedra(Tetrahedra::Simplex),
             MethodArg::Regularised => Self::Tetrahedra(Tetrahedra::Regularised),
         }
+    }
+}
+
+impl Task<'_> {
+    /// The lattice that the mesh is made on.
+    fn nodes(&self) -> Nodes {
+        use Tetrahedra::{BodyCentred, Regularised, Simplex};
+        let has_middles = matches!(self.job.method, Method::Tetrahedra(BodyCentred | Simplex | Regularised));
+        let grid = &self.header.grid;
+        Nodes { origin: self.block.origin(grid), steps: grid.steps, has_middles }
     }
 }
 

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use pellicle::post::largest::keep_largest;
-use pellicle::{Border, Mesh};
+use pellicle::{Border, Control, Mesh};
 use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh};
 use serde_json::{Value, json};
 
@@ -52,12 +52,20 @@ impl Surface {
 }
 
 impl Task<'_> {
-    /// Writes a surface and its picture.
-    pub fn finish(&self, mut mesh: Mesh, number: usize, output: &Target) -> Result<Surface, Failure> {
+    /// Finishes a surface, writes it and its picture. So many bytes are `held` beside the mesh.
+    pub fn finish(&self, mut mesh: Mesh, held: u64, number: usize, output: &Target) -> Result<Surface, Failure> {
         let job = self.job;
-        let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose();
-        let pieces = pieces.map_err(|error| Failure::core(&self.frame.input, error))?;
+        let core = |error| Failure::core(&self.frame.input, error);
+        let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
+        let finish = job.finishing.finish;
+        if !finish.is_nothing() {
+            self.clock.begin("finish");
+            let needed = held + 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64 + finish.memory(&mesh);
+            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
+            let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
+            finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
+        }
         self.clock.begin("write");
         let unit =
             job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
@@ -128,6 +136,7 @@ impl Task<'_> {
         if job.keeps_largest {
             lines.push("largest piece".into());
         }
+        lines.extend(job.finishing.record());
         lines
     }
 

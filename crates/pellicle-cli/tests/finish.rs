@@ -1,0 +1,71 @@
+//! What is done to a mesh once it is there, of particles and of volumes.
+
+mod common;
+
+use common::{Folder, cube};
+
+/// Writes a NumPy file of a ball with bumps, a cavity in it and a droplet beside it; greater inside.
+fn write_ball(folder: &Folder, name: &str) {
+    const N: usize = 40;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({N}, {N}, {N}), }}");
+    let header = format!("{header:<117}\n");
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    for i in 0..N * N * N {
+        let at = [i % N, i / N % N, i / N / N].map(|v| v as f32);
+        let from = |centre: [f32; 3]| (0..3).map(|a| (at[a] - centre[a]).powi(2)).sum::<f32>().sqrt();
+        let bumps = 0.3 * ((i * 7919 % 101) as f32 / 50.0 - 1.0);
+        let ball = (12.0 - from([17.0; 3]) + bumps).min(from([17.0; 3]) - 4.0);
+        bytes.extend(ball.max(2.5 - from([34.0; 3])).to_le_bytes());
+    }
+    std::fs::write(folder.path(name), bytes).unwrap();
+}
+
+/// What `check --quality --json` says of a mesh.
+fn check(folder: &Folder, name: &str) -> serde_json::Value {
+    let run = folder.run(&["check", name, "--quality", "--json"]).expect(0);
+    serde_json::from_str(&run.stdout).unwrap()
+}
+
+#[test]
+fn volumes_are_smoothed_chosen_and_decimated_and_keep_their_size() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy");
+    folder.run(&["contour", "ball.npy", "--iso", "0", "-o", "plain.ply"]).expect(0);
+    let plain = check(&folder, "plain.ply");
+    let (volume, triangles) = (plain["signed_volume"].as_f64().unwrap(), plain["triangles"].as_u64().unwrap());
+    assert_eq!(plain["components"], 3);
+
+    let all = ["--smooth", "--decimate=0.3", "--keep", "largest=1,cavities=off"];
+    folder.run(&[&["contour", "ball.npy", "--iso", "0", "-o", "done.ply"], &all[..]].concat()).expect(0);
+    let done = check(&folder, "done.ply");
+    assert_eq!((&done["closed_manifold"], &done["components"]), (&true.into(), &1.into()));
+    assert!(done["triangles"].as_u64().unwrap() < triangles / 3);
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * 12.0f64.powi(3);
+    let found = done["signed_volume"].as_f64().unwrap();
+    assert!((found / ball - 1.0).abs() < 0.02, "{found} {ball} {volume}");
+    let text = std::fs::read(folder.path("done.ply")).unwrap();
+    let header = String::from_utf8_lossy(&text[..1000]).into_owned();
+    assert!(header.contains("filter=taubin weights=off") && header.contains("property float nx"), "{header}");
+
+    // The same bytes for any number of threads and where the volume goes layer by layer.
+    for more in [&["--threads", "3"][..], &["--max-memory", "24M"]] {
+        let line = [&["contour", "ball.npy", "--iso", "0", "-o", "again.ply"], &all[..], more].concat();
+        folder.run(&line).expect(0);
+        assert!(std::fs::read(folder.path("again.ply")).unwrap() == text, "{more:?}");
+    }
+    let run = folder.run(&["contour", "ball.npy", "--iso", "0", "--smooth=weights=on"]).expect(2);
+    assert!(run.stderr.contains("a volume has none"), "{}", run.stderr);
+}
+
+#[test]
+fn finishing_that_does_not_fit_is_refused_with_the_number() {
+    let folder = Folder::new();
+    folder.write_xyz("cube.xyz", &cube(12));
+    write_ball(&folder, "ball.npy");
+    for line in [&["mesh", "cube.xyz", "-r", "0.5"][..], &["contour", "ball.npy", "--iso", "0"]] {
+        let run = folder.run(&[line, &["--smooth", "--max-memory", "600K"]].concat()).expect(1);
+        assert!(run.stderr.contains("memory"), "{}", run.stderr);
+    }
+}
