@@ -1,11 +1,13 @@
 //! `--smooth`, `--decimate` and `--keep`: what is done to a mesh once it is there, shared by the verbs that make one.
 
 use pellicle::post::Finish;
+use pellicle::post::clamp::Bounds;
 use pellicle::post::components::{Cavities, Keep};
 use pellicle::post::decimate::Target;
 use pellicle::post::smooth::{Filter, Smoothing};
 
 use crate::args::FinishArgs;
+use crate::choose::crop::Crop;
 use crate::failure::Failure;
 
 /// What `--smooth` asks for; what is not said depends on what the mesh is made of.
@@ -64,6 +66,15 @@ pub fn parse_decimate(text: &str) -> Result<Target, String> {
         Some(_) => None,
     };
     target.ok_or_else(|| format!("must be {FORMS}"))
+}
+
+/// The box of `--clamp`.
+fn bounds(words: &[String]) -> Result<Bounds, Failure> {
+    let [min, max] = Crop::parse(words).map_err(|error| Failure::Usage(format!("--clamp: {error}")))?.corners();
+    if (0..3).any(|a| min[a] == max[a]) {
+        return Err(Failure::Usage("--clamp: the box is flat, so nothing is in it".into()));
+    }
+    Ok(Bounds { min, max })
 }
 
 /// Calls `take` with every KEY=VALUE of a list; `false` says that there is no such key.
@@ -135,10 +146,11 @@ impl Finishing {
     /// As meant.
     ///
     /// # Errors
-    /// Weights where there are no particles, a strength with which the filter is not stable.
+    /// Weights where there are no particles, a strength with which the filter is not stable, a box without inside.
     pub fn new(args: &FinishArgs, of: Of) -> Result<Self, Failure> {
+        let clamp = args.clamp.as_deref().map(bounds).transpose()?;
         let finish =
-            Finish { keep: args.keep.unwrap_or_default(), decimate: args.decimate, ..Finish::default() };
+            Finish { keep: args.keep.unwrap_or_default(), decimate: args.decimate, clamp, ..Finish::default() };
         let Some(smooth) = args.smooth else {
             return Ok(Self { finish, weighted: false });
         };
@@ -170,7 +182,7 @@ impl Finishing {
         if self.finish.is_nothing() {
             return None;
         }
-        let Finish { keep, snap, smoothing, decimate, normals } = self.finish;
+        let Finish { keep, snap, smoothing, decimate, normals, clamp } = self.finish;
         let on = |is_on| if is_on { "on" } else { "off" };
         let mut words = vec!["finish".to_owned()];
         if keep != Keep::default() {
@@ -192,6 +204,7 @@ impl Finishing {
             Target::Triangles(count) => format!("decimate triangles={count}"),
         }));
         words.extend(normals.map(|n| format!("normals={n}")));
+        words.extend(clamp.map(|Bounds { min, max }| format!("clamp {min:?} to {max:?}")));
         Some(words.join(" "))
     }
 }
@@ -207,14 +220,14 @@ mod tests {
             smooth: Some(parse_smooth("iterations=5, weights=off,snap=off,strength=0.5,normals=0").unwrap()),
             decimate: Some(parse_decimate("error=0.5").unwrap()),
             keep: Some(parse_keep("largest=2,volume=0.1,cavities=off").unwrap()),
+            clamp: Some(vec!["0,-1,-".into(), "1,2,3".into()]),
         };
         let found = Finishing::new(&args, Of::Particles).unwrap_or_else(|e| panic!("{e}"));
         let keep = Keep { largest: Some(2), min_volume: 0.1, cavities: Cavities::Fill };
         let smoothing = Some(Smoothing { iterations: 5, strength: 0.5, filter: Filter::Laplacian });
-        assert_eq!(
-            found.finish,
-            Finish { keep, snap: false, smoothing, decimate: Some(Target::Error(0.5)), normals: Some(0) }
-        );
+        let clamp = Some(Bounds { min: [0.0, -1.0, f64::NEG_INFINITY], max: [1.0, 2.0, 3.0] });
+        let decimate = Some(Target::Error(0.5));
+        assert_eq!(found.finish, Finish { keep, snap: false, smoothing, decimate, normals: Some(0), clamp });
         assert!(!found.weighted && found.record().is_some());
         let nothing = Finishing::new(&FinishArgs::default(), Of::Volume).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(nothing, Finishing::default());

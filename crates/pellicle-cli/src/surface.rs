@@ -162,7 +162,11 @@ fn check_memory(finish: &Finish, mesh: &Mesh, params: &Params, order: &Order) ->
     match params.max_memory {
         Some(available) if needed > available => Err(Failure::core(
             order.source,
-            pellicle::Error::Memory { what: "finishing the mesh (--smooth, --decimate, --keep)", needed, available },
+            pellicle::Error::Memory {
+                what: "finishing the mesh (--smooth, --decimate, --keep, --clamp)",
+                needed,
+                available,
+            },
         )),
         _ => Ok(()),
     }

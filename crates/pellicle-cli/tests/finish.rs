@@ -69,3 +69,38 @@ fn finishing_that_does_not_fit_is_refused_with_the_number() {
         assert!(run.stderr.contains("memory"), "{}", run.stderr);
     }
 }
+
+#[test]
+fn surfaces_are_cut_at_a_box_and_closed_on_its_faces() {
+    let folder = Folder::new();
+    folder.write_xyz("cube.xyz", &cube(9));
+    write_ball(&folder, "ball.npy");
+    let cases = [
+        (&["mesh", "cube.xyz", "-r", "0.5"][..], ["1.1,1.2,-", "5.37,4,6.5"], None),
+        (&["contour", "ball.npy", "--iso", "0"], ["5,10,16.7", "-,-,17.3"], None),
+        // Full of fluid: the box itself.
+        (&["mesh", "cube.xyz", "-r", "0.5"], ["2,2,2", "3.5,4.25,5"], Some(1.5 * 2.25 * 3.0)),
+    ];
+    for (line, [min, max], volume) in cases {
+        let make = |name: &str, more: &[&str]| {
+            let clamp = ["--smooth", "--clamp", min, max, "-o", name];
+            folder.run(&[line, &clamp, more].concat()).expect(0);
+            std::fs::read(folder.path(name)).unwrap()
+        };
+        let one = make("one.ply", &["--threads", "1"]);
+        assert!(one == make("two.ply", &["--threads", "3"]), "{line:?}");
+        let report = check(&folder, "one.ply");
+        assert_eq!(report["closed_manifold"], true, "{line:?}");
+        let found = report["signed_volume"].as_f64().unwrap();
+        match volume {
+            Some(volume) => assert!((found - volume).abs() < 1e-5 * volume, "{found}"),
+            None => assert!(found > 1.0),
+        }
+    }
+    for (min, max, told) in
+        [("0,0,0", "1,0,1", "flat"), ("0,0,2", "1,1,1", "MIN is above MAX"), ("0,0", "1,1,1", "--clamp")]
+    {
+        let run = folder.run(&["mesh", "cube.xyz", "--clamp", min, max]).expect(2);
+        assert!(run.stderr.contains(told), "{}", run.stderr);
+    }
+}

@@ -21,4 +21,7 @@ pub struct FinishArgs {
     /// Components: largest=N,volume=V,cavities=off [default: all]
     #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
     pub keep: Option<Keep>,
+    /// Cut the surface at this box, flat caps; '-' is open [default: no]
+    #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], allow_hyphen_values = true)]
+    pub clamp: Option<Vec<String>>,
 }

@@ -1,9 +1,11 @@
-//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, normals last.
+//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, then fewer
+//! triangles and normals; cuts come last, so that nothing bends what they made flat.
 //!
 //! Source: the order is splashsurf's, Löschner et al. 2023, section 5.
 
 use super::{
     check,
+    clamp::{self, clamp},
     components::{Dropped, Keep, keep},
     decimate::{self, decimate},
     normals,
@@ -26,6 +28,8 @@ pub struct Finish {
     /// Normals from the triangles, averaged so many times. Default: those that the mesh has, unless it is smoothed, when
     /// those no longer fit and 0 is taken.
     pub normals: Option<usize>,
+    /// The box that the surface is cut at, last of all, so that its faces are flat. Default: none.
+    pub clamp: Option<clamp::Bounds>,
 }
 
 impl Finish {
@@ -47,7 +51,9 @@ impl Finish {
         let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
-        8 * v + 24 * t + (32 * v).max(again).max(fewer)
+        // Heights, pieces of triangles, and the mesh that is left.
+        let cut = if self.clamp.is_some() { 2 * copy + 12 * v + 40 * t } else { 0 };
+        8 * v + 24 * t + (32 * v).max(again).max(fewer).max(cut)
     }
 
     fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {
@@ -58,6 +64,7 @@ impl Finish {
             nodes.per_unit()?;
         }
         self.decimate.map_or(Ok(()), |target| target.check())?;
+        self.clamp.map_or(Ok(()), |bounds| bounds.check())?;
         self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
     }
 
@@ -119,6 +126,9 @@ impl Finish {
         if let Some(iterations) = normals {
             normals::with_stars(mesh, &stars, iterations, control)?;
         }
+        if let Some(bounds) = &self.clamp {
+            clamp(mesh, bounds, control)?;
+        }
         Ok(dropped)
     }
 }
@@ -144,7 +154,9 @@ mod tests {
             let mut mesh = mesh.clone();
             let crowding = mesh.attributes.pop().unwrap().values;
             let finish = Finish::good_looking();
-            finish.apply(&mut mesh, &Nodes::cubic(params.spacing()), weighted.then_some(&crowding[..]), &control).unwrap();
+            finish
+                .apply(&mut mesh, &Nodes::cubic(params.spacing()), weighted.then_some(&crowding[..]), &control)
+                .unwrap();
             assert!(Report::of(&mesh).closed_manifold() && mesh.normals.len() == mesh.vertices.len());
             assert!(mesh.attributes.is_empty());
             let drops = Keep { min_volume: 0.0, ..Keep::default() };

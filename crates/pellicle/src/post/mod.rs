@@ -6,7 +6,10 @@
 //!
 //! Source: this project; each verb names its own.
 
+mod cap;
+pub mod clamp;
 pub mod components;
+pub mod cut;
 pub mod decimate;
 mod finish;
 pub mod largest;

@@ -238,7 +238,13 @@ mod tests {
         let border = mesh.triangles.clone();
         let before = mesh.clone();
         let weights: Vec<f32> = (0..mesh.vertices.len()).map(|v| (v % 2) as f32).collect();
-        smooth(&mut mesh, Some(&weights), &Smoothing { iterations: 2, strength: 0.5, ..Smoothing::default() }, &Control::default()).unwrap();
+        smooth(
+            &mut mesh,
+            Some(&weights),
+            &Smoothing { iterations: 2, strength: 0.5, ..Smoothing::default() },
+            &Control::default(),
+        )
+        .unwrap();
         let stars = Stars::of(&border, mesh.vertices.len());
         let mut moved = 0;
         for v in 0..mesh.vertices.len() {
@@ -256,7 +262,13 @@ mod tests {
         let mesh = bumpy();
         let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
         let mut one = mesh.clone();
-        smooth(&mut one, None, &Smoothing { iterations: 1, strength: 0.25, ..Smoothing::default() }, &Control::default()).unwrap();
+        smooth(
+            &mut one,
+            None,
+            &Smoothing { iterations: 1, strength: 0.25, ..Smoothing::default() },
+            &Control::default(),
+        )
+        .unwrap();
         for (v, (new, old)) in one.vertices.iter().zip(&mesh.vertices).enumerate() {
             for a in 0..3 {
                 let near = stars.corners(v).iter().map(|c| f64::from(mesh.vertices[c[0] as usize][a]));

@@ -55,7 +55,11 @@ impl Nodes {
         let lengths: f64 = self.steps.iter().map(|s| length(*s)).product();
         let is_finite = self.origin.iter().all(|o| o.is_finite());
         if !(lengths.is_finite() && volume.abs() > 1e-9 * lengths && is_finite) {
-            return Err(Error::Parameter { name: "spacing", value: length(x), must: "greater than 0, and steps that span space" });
+            return Err(Error::Parameter {
+                name: "spacing",
+                value: length(x),
+                must: "greater than 0, and steps that span space",
+            });
         }
         Ok([cross(y, z), cross(z, x), cross(x, y)].map(|row| row.map(|v| v / volume)))
     }

@@ -6,8 +6,8 @@
 use pellicle::{ContourPiece, ContourStream, Mesh, StreamSample, StreamShape};
 use pellicle_io::{Samples, VolumeFile, each_sample_type};
 
-use super::output::Surface;
 use super::Task;
+use super::output::Surface;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;

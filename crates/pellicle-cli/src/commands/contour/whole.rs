@@ -15,11 +15,7 @@ impl Task<'_> {
     ///
     /// # Errors
     /// What cannot fit, because it cannot go layer by layer; all that goes wrong.
-    pub fn whole(
-        &self,
-        file: VolumeFile,
-        outputs: &[Target],
-    ) -> Result<Option<Vec<Surface>>, Failure> {
+    pub fn whole(&self, file: VolumeFile, outputs: &[Target]) -> Result<Option<Vec<Surface>>, Failure> {
         let (job, header, budget) = (self.job, &self.header, &self.budget);
         // A bit for each sample and isovalue tells its side.
         let needed = header.bytes() + header.count() as u64 / 8 * job.isos.len() as u64;
