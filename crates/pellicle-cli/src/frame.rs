@@ -33,6 +33,8 @@ pub struct Loaded {
     chosen: Chosen,
     /// How many are in the file of spray, once they are.
     sprayed: Option<usize>,
+    /// What was made of them for an attempt that failed.
+    cloud: Option<Cloud>,
     /// When reading began, with the time that it took.
     clock: StageClock,
 }
@@ -59,7 +61,7 @@ pub fn load(job: &MeshJob, frame: &Frame, clock: StageClock) -> Result<Loaded, F
     let chosen = job.choice.apply(&mut particles, &frame.input)?;
     let radii = job.keep_carried(&mut particles, &frame.input)?;
     clock.pause();
-    Ok(Loaded { particles, radii, chosen, sprayed: None, clock })
+    Ok(Loaded { particles, radii, chosen, sprayed: None, cloud: None, clock })
 }
 
 impl Loaded {
@@ -127,9 +129,15 @@ impl Loaded {
             self.sprayed = Some(spray.positions.len());
         }
         let target = Target::new(frame.output.clone())?;
-        // A frame may be tried again with more memory: its particles come back.
-        let cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
-        let choice = job.choice.record();
+        // A frame may be tried again with more memory.
+        let cloud = self.cloud.take().unwrap_or_else(|| {
+            let mut cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
+            if let Some(walls) = &job.walls {
+                cloud.mirror(walls, params.support());
+            }
+            cloud
+        });
+        let choice = [job.choice.record(), job.walls_record.clone()].concat();
         let order = Order {
             choice: &choice,
             radius_attribute: job.radius_attribute.as_deref(),
@@ -141,13 +149,15 @@ impl Loaded {
             keep_mesh: frame.png.is_some(),
             tetrahedra: job.tetrahedra,
             finishing: job.finishing,
+            walls: job.walls.as_ref(),
         };
         let made = make(&cloud, &order, reconstructor, &self.clock);
-        let (particles, attributes) = (cloud.len(), cloud.channels.iter().map(|c| c.name.clone()).collect());
+        let (particles, attributes) =
+            (cloud.len() - cloud.ghosts, cloud.channels.iter().map(|c| c.name.clone()).collect());
         let mut made = match made {
             Ok(made) => made,
             Err(failure) => {
-                (self.particles, self.radii) = cloud.back();
+                self.cloud = Some(cloud);
                 return Err(failure);
             }
         };

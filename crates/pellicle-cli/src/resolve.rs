@@ -3,8 +3,9 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use pellicle::{Band, Lanes, Params, Tetrahedra};
+use pellicle::{Band, Lanes, Params, Tetrahedra, Walls};
 use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
 
 use crate::args::{BandArg, CellArg, FrameArgs, InputArgs, MeshArgs, Switch};
@@ -18,6 +19,7 @@ use crate::finish::{Finishing, Of};
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
+use crate::walls;
 
 /// All that `mesh` was asked to do, but for the list of frames.
 #[derive(Debug)]
@@ -34,6 +36,10 @@ pub struct MeshJob {
     pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh.
     pub finishing: Finishing,
+    /// Walls that the surface is cut at, and how they are told.
+    pub walls: Option<Arc<Walls>>,
+    /// A line each.
+    pub walls_record: Vec<String>,
     /// How to read particles.
     pub read: ReadOptions,
     /// Which particles.
@@ -138,6 +144,9 @@ impl MeshJob {
         if let Some(spray) = &files.spray {
             pellicle_io::check_particle_format(spray).map_err(|error| Failure::Usage(format!("--spray {error}")))?;
         }
+        if !args.finish.wall.is_empty() && args.surface.method != CellArg::Cubes {
+            return Err(Failure::Usage("--wall: walls cut marching cubes only (leave out --method)".into()));
+        }
         Ok(Self {
             files,
             radius: args.surface.radius,
@@ -149,6 +158,8 @@ impl MeshJob {
                 CellArg::Tetra6 => Some(Tetrahedra::Six),
             },
             finishing: Finishing::new(&args.finish, Of::Particles)?,
+            walls: walls::build(&args.finish.wall)?,
+            walls_record: walls::record(&args.finish.wall),
             read,
             choice,
             carry,

@@ -2,10 +2,16 @@
 
 use std::cell::RefCell;
 use std::path::Path;
+use std::sync::Arc;
 
-use pellicle::post::{Finish, snap::Nodes};
+use pellicle::post::{
+    Finish,
+    settle::{on_walls, settle},
+    snap::Nodes,
+};
 use pellicle::{
-    Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, crowding,
+    Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, VertexAttribute,
+    Walls, crowding,
 };
 use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
@@ -42,6 +48,8 @@ pub struct Order<'a> {
     pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh before it is written.
     pub finishing: Finishing,
+    /// Walls that the surface is cut at; the particles are mirrored in them.
+    pub walls: Option<&'a Arc<Walls>>,
 }
 
 /// What was made.
@@ -79,6 +87,7 @@ pub fn make(
     let mut attributes = cloud.attributes();
     attributes.extend(crowding.as_ref().map(|values| Attribute::new(CROWDING, 1, values)));
 
+    reconstructor.set_walls(order.walls.cloned());
     let path = order.target.path();
     let (mut kept, mut left_out) = (None, Vec::new());
     let made = match order.tetrahedra {
@@ -106,8 +115,20 @@ pub fn make(
         if !finish.is_nothing() {
             clock.begin("finish");
             check_memory(&finish, &mesh, &params, order)?;
-            let crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
-            finish.apply(&mut mesh, &Nodes::cubic(params.spacing()), crowding.as_deref(), &control).map_err(core)?;
+            let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
+            let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
+            if let Some(walls) = order.walls {
+                // What is on a wall stays there: it has no weight, and is put back where it was merged.
+                let marks = on_walls(&mesh, walls, spacing);
+                let weights = crowding.get_or_insert_with(|| vec![f32::MAX; marks.len()]);
+                weights.iter_mut().zip(&marks).filter(|(_, mark)| **mark > 0.0).for_each(|(weight, _)| *weight = 0.0);
+                mesh.attributes.push(VertexAttribute::new(String::new(), 1, marks));
+            }
+            finish.apply(&mut mesh, &nodes, crowding.as_deref(), &control).map_err(core)?;
+            if let Some(walls) = order.walls {
+                let marks = mesh.attributes.pop().map(|attribute| attribute.values).unwrap_or_default();
+                settle(&mut mesh, walls, &marks, spacing).map_err(core)?;
+            }
             (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         }
         clock.begin("write");

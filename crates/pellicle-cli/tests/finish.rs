@@ -104,3 +104,39 @@ fn surfaces_are_cut_at_a_box_and_closed_on_its_faces() {
         assert!(run.stderr.contains(told), "{}", run.stderr);
     }
 }
+
+#[test]
+fn the_contact_with_walls_is_flat() {
+    let folder = Folder::new();
+    folder.write_xyz("cube.xyz", &cube(9));
+    write_ball(&folder, "ball.npy");
+    // A box as a solid, from the command itself: the surface of a volume, cut to a box.
+    let solid = ["contour", "ball.npy", "--iso", "0", "--clamp", "15,15,9", "20,20,15", "-o", "solid.stl"];
+    folder.run(&solid).expect(0);
+    folder
+        .run(&["contour", "ball.npy", "--iso", "0", "--clamp", "13,13,6", "19,19,9", "--scale", "0.4", "-o", "s.ply"])
+        .expect(0);
+    let cases = [
+        (&["mesh", "cube.xyz", "-r", "0.5"][..], &["--wall", "plane=0,0,1,-0.4", "--wall", "plane=1,0,0,-0.4"][..]),
+        (&["mesh", "cube.xyz", "-r", "0.5"], &["--wall", "box=-0.5,-0.5,-0.5,8.5,8.5,20"]),
+        (&["mesh", "cube.xyz", "-r", "0.5"], &["--wall", "s.ply"]),
+        (&["mesh", "cube.xyz", "-r", "0.5"], &["--wall", "outside=s.ply", "--smooth"]),
+        (&["contour", "ball.npy", "--iso", "0"], &["--wall", "plane=1,1,0,33", "--smooth"]),
+    ];
+    for (line, walls) in cases {
+        let make = |name: &str, more: &[&str]| {
+            folder.run(&[line, walls, &["-o", name], more].concat()).expect(0);
+            std::fs::read(folder.path(name)).unwrap()
+        };
+        let one = make("one.ply", &["--threads", "1"]);
+        assert!(one == make("two.ply", &["--threads", "3"]), "{walls:?}");
+        let report = check(&folder, "one.ply");
+        assert_eq!(report["closed_manifold"], true, "{walls:?}");
+        assert!(report["triangles"].as_u64().unwrap() > 100, "{walls:?}");
+    }
+    let run = folder.run(&["mesh", "cube.xyz", "--wall", "absent.stl"]).expect(1);
+    assert!(run.stderr.contains("absent.stl"), "{}", run.stderr);
+    folder.run(&["contour", "ball.npy", "--iso", "0", "--wall", "solid.stl"]).expect(2);
+    folder.run(&["mesh", "cube.xyz", "--wall", "plane=1,2"]).expect(2);
+    folder.run(&["mesh", "cube.xyz", "--wall", "plane=0,1,0,0", "--method", "tetra5"]).expect(2);
+}

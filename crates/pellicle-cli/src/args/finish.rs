@@ -5,6 +5,7 @@ use pellicle::post::components::Keep;
 use pellicle::post::decimate::Target;
 
 use crate::finish::{Smooth, parse_decimate, parse_keep, parse_smooth};
+use crate::walls::{Wall, parse_wall};
 
 /// What is done to a mesh once it is there.
 #[derive(Debug, Clone, Default, Args)]
@@ -21,6 +22,9 @@ pub struct FinishArgs {
     /// Components: largest=N,volume=V,cavities=off [default: all]
     #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
     pub keep: Option<Keep>,
+    /// Flat contact: plane=NX,NY,NZ,D, box=..., [outside=]FILE [default: no]
+    #[arg(long, value_name = "WALL", value_parser = parse_wall)]
+    pub wall: Vec<Wall>,
     /// Cut the surface at this box, flat caps; '-' is open [default: no]
     #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], allow_hyphen_values = true)]
     pub clamp: Option<Vec<String>>,

@@ -14,7 +14,10 @@ pub use distance::{Comparison, Deviation};
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
-use crate::Carry;
+use quality::corners;
+use rayon::prelude::*;
+
+use crate::{Carry, math::vector::add_scaled};
 
 /// A values-per-vertex channel, such as a velocity.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -59,5 +62,11 @@ impl Mesh {
     pub fn position(&self, vertex: usize) -> [f64; 3] {
         let v = self.vertices[vertex];
         std::array::from_fn(|a| self.origin[a] + f64::from(v[a]))
+    }
+
+    /// The corners of all triangles in the world, but those that are not finite or name no vertex.
+    pub fn world_triangles(&self) -> Vec<[[f64; 3]; 3]> {
+        let world = |offset| add_scaled(self.origin, offset, 1.0);
+        self.triangles.par_iter().filter_map(|&t| corners(self, t)).map(|t| t.map(world)).collect()
     }
 }

@@ -1,8 +1,10 @@
 //! What the caller hands in: borrowed views of positions and attributes. Nothing is copied here.
 
 mod spacing;
+pub(crate) mod walls;
 
 pub use spacing::infer_radius;
+pub use walls::{Ghosts, Solid, Walls};
 
 use crate::Error;
 

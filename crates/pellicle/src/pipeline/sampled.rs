@@ -31,7 +31,7 @@ impl Sampled<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for another split, [`Error::Memory`] when a limit kept the samples from being kept,
+    /// [`Error::Parameter`] for another split or where there are walls, [`Error::Memory`] when a limit kept the samples from being kept,
     /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
     pub fn tetrahedra(self, split: Tetrahedra) -> Result<(Mesh, Stats), Error> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
@@ -43,6 +43,10 @@ impl Sampled<'_> {
                 return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
             }
         };
+        if from.walls.is_some() {
+            let must = "marching cubes where there are walls: the others know of no edge that a wall cuts";
+            return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
+        }
         if !from.band.has_values {
             let needed = size_of::<[f32; 64]>() as u64 * from.band.fine.len() as u64;
             let what = "keeping all samples near the surface, as tetrahedra ask,";

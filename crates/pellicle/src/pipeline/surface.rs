@@ -8,7 +8,7 @@ use super::{Reconstructor, chosen};
 use crate::{
     Attribute, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
     bricks::store::{Source, Store},
-    fill::{Scratch, Values, any::AnyField, points::OctetVertices},
+    fill::{Scratch, Values, any::AnyField, points::OctetVertices, walled::WallLattice},
     lattice::Lattice,
     lookup::cells::Cells,
     march::cubes::{
@@ -24,6 +24,7 @@ pub struct Surface<'a> {
     pub(super) unit: Unit,
     pub(super) field: Box<dyn AnyField>,
     pub(super) lattice: Lattice,
+    pub(super) walls: Option<WallLattice>,
     pub(super) frame: Frame,
     pub(super) params: &'a Params,
     pub(super) attributes: &'a [Attribute<'a>],
@@ -214,8 +215,8 @@ impl Surface<'_> {
         let Reconstructor { counted, band, .. } = self.from;
         for (part, next) in self.parts(chunk) {
             let own = take(&mut to, (next.first_vertex - part.first_vertex) as usize);
-            let (iso, frame) = (self.field.iso(), self.frame);
-            self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, to: own });
+            let (iso, frame, walls) = (self.field.iso(), self.frame, self.walls.as_ref());
+            self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, walls, to: own });
         }
     }
 
@@ -233,7 +234,11 @@ impl Surface<'_> {
         let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
             let own = take(&mut to, of.vertices.len());
+            let (octet, vertices) = (of.octet, of.vertices);
             self.field.normals(self.unit, of, &columns, own);
+            if let Some(walls) = &self.walls {
+                walls.face(octet, self.origin(), vertices, own);
+            }
         });
     }
 

@@ -15,6 +15,7 @@ mod finish;
 pub mod largest;
 pub mod normals;
 mod rebuild;
+pub mod settle;
 pub mod smooth;
 pub mod snap;
 

@@ -9,9 +9,10 @@ mod stream;
 mod whole;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use pellicle::post::snap::Nodes;
-use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals};
+use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals, Walls};
 use pellicle_io::{Up, VolumeHeader};
 
 use crate::args::{ContourArgs, MethodArg};
@@ -29,6 +30,7 @@ use crate::target::Target;
 use crate::values::{IsoValue, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
 use crate::volume::{Block, Selection};
+use crate::walls::{self, Wall};
 use output::suffixed;
 
 /// How cells become triangles.
@@ -46,6 +48,8 @@ struct Job<'a> {
     border: Border,
     keeps_largest: bool,
     finishing: Finishing,
+    walls: Option<Arc<Walls>>,
+    walls_record: Vec<String>,
     up: Up,
     metres_per_unit: Option<f64>,
     params: ContourParams,
@@ -93,6 +97,10 @@ impl<'a> Job<'a> {
         {
             return Err(Failure::Usage(format!("--png {}: pictures are written as .png", png.display())));
         }
+        if args.finish.wall.iter().any(|wall| matches!(wall, Wall::Mesh { .. })) {
+            let what = "--wall: surfaces of volumes are cut at planes and boxes; meshes are for particles";
+            return Err(Failure::Usage(what.into()));
+        }
         let crop = args.crop.as_deref().map(Crop::parse).transpose();
         let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
         let selection = Selection::new(&args.from, args.array.as_ref(), args.step);
@@ -111,6 +119,8 @@ impl<'a> Job<'a> {
             border: if args.surface.open { Border::Open } else { Border::Closed },
             keeps_largest: args.surface.largest,
             finishing: Finishing::new(&args.finish, Of::Volume)?,
+            walls: walls::build(&args.finish.wall)?,
+            walls_record: walls::record(&args.finish.wall),
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
             params: ContourParams { level, normals, lanes: machine::lanes_from_environment()? },
@@ -125,7 +135,7 @@ impl<'a> Job<'a> {
 
     /// Whether the surface of a frame can be written without being in memory as a whole.
     fn is_piecewise(&self, frame: &Frame) -> bool {
-        !self.keeps_largest && self.finishing.finish.is_nothing() && frame.png.is_none()
+        !self.keeps_largest && self.finishing.finish.is_nothing() && self.walls.is_none() && frame.png.is_none()
     }
 
     /// An error that tells which isovalue to try.

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use pellicle::post::cut::{Plane, cut};
 use pellicle::post::largest::keep_largest;
 use pellicle::{Border, Control, Mesh};
 use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh};
@@ -65,6 +66,11 @@ impl Task<'_> {
             self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
             let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
             finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
+        }
+        // Planes: a volume has no particles to be mirrored, so the surface is cut where it is.
+        for (normal, offset) in job.walls.iter().flat_map(|walls| walls.planes()) {
+            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &Control::default())
+                .map_err(core)?;
         }
         self.clock.begin("write");
         let unit =
@@ -137,6 +143,7 @@ impl Task<'_> {
             lines.push("largest piece".into());
         }
         lines.extend(job.finishing.record());
+        lines.extend(job.walls_record.iter().cloned());
         lines
     }
 

@@ -1,0 +1,246 @@
+//! Walls that the fluid touches: half-spaces and solids that nothing of the surface reaches into.
+//!
+//! Without them the surface ends where the field does: it bulges into a wall by the particles' size, or stops short of it, with
+//! a bump for each particle. Two things together give a flat contact:
+//!
+//! * [`Walls::ghosts`]: particles near a wall are mirrored in it, so that the field goes on as if there was no wall, the
+//!   surface meets it at a right angle, and densities and volumes next to it are those of a full neighbourhood;
+//! * the surface is cut at the wall while it is made ([`Reconstructor::set_walls`](crate::Reconstructor::set_walls)): what is in
+//!   the wall is outside, and vertices on edges into it lie on the wall itself. So the mesh is closed and manifold by
+//!   construction as any other.
+//!
+//! A cut of the finished mesh would need neither; but without the mirrored particles the contact is as ragged as their
+//! outermost layer, and a mesh can only be cut at another through the intersection of both, which rounding may tear.
+//!
+//! Edges and corners of a solid are as sharp as the lattice is fine: they are cut off within a cell. Walls thinner than the
+//! particles' reach have fluid on both sides and mirror nothing.
+//!
+//! Source: mirrored particles are those of Libersky & Petschek, Smooth particle hydrodynamics with strength of materials, 1991; the
+//! rest is this project's.
+
+use rayon::prelude::*;
+
+use super::Positions;
+use crate::{
+    Error,
+    math::{
+        tree::{Tree, Triangle, closest},
+        vector::{add_scaled, cross, dot, length, subtract},
+    },
+};
+
+/// Which side of a closed mesh is wall.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solid {
+    /// Its inside: an obstacle.
+    Inside,
+    /// Its outside: the fluid is in a room.
+    Outside,
+}
+
+/// Walls, all together.
+#[derive(Debug, Clone, Default)]
+pub struct Walls {
+    /// The direction away from the wall, and where along it the wall begins.
+    planes: Vec<([f64; 3], f64)>,
+    solids: Vec<(Tree, Solid)>,
+}
+
+/// Particles mirrored in walls.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Ghosts {
+    /// World positions.
+    pub positions: Vec<[f64; 3]>,
+    /// Whose image each is: the index of a particle. Its attributes and radius are the ghost's.
+    pub of: Vec<u32>,
+}
+
+impl Walls {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// With a half-space: the wall is where `normal · x < offset`, so the normal points to the fluid. World units.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a normal without a direction, or an offset that is not finite.
+    pub fn with_plane(mut self, normal: [f64; 3], offset: f64) -> Result<Self, Error> {
+        let size = length(normal);
+        if !(size.is_normal() && offset.is_finite()) {
+            return Err(Error::Parameter { name: "normal", value: size, must: "a direction, and the offset finite" });
+        }
+        self.planes.push((normal.map(|n| n / size), offset / size));
+        Ok(self)
+    }
+
+    /// With a closed mesh, given by the corners of its triangles in world units, one side of which is wall. Small holes do
+    /// no harm; the orientation, as long as it is the same everywhere, does not matter.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a corner that is not finite.
+    pub fn with_mesh(mut self, triangles: Vec<[[f64; 3]; 3]>, solid: Solid) -> Result<Self, Error> {
+        if let Some(&value) = triangles.as_flattened().as_flattened().iter().find(|x| !x.is_finite()) {
+            return Err(Error::Parameter { name: "corner", value, must: "finite" });
+        }
+        self.solids.push((Tree::of(triangles), solid));
+        Ok(self)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.planes.is_empty() && self.solids.is_empty()
+    }
+
+    /// The half-spaces: normals of length 1 that point to the fluid, and offsets.
+    pub fn planes(&self) -> &[([f64; 3], f64)] {
+        &self.planes
+    }
+
+    /// Whether there are solids beside the half-spaces.
+    pub fn has_solids(&self) -> bool {
+        !self.solids.is_empty()
+    }
+
+    /// Whether a place is in no wall, nor on one.
+    pub(crate) fn is_open(&self, at: [f64; 3]) -> bool {
+        self.planes.iter().all(|(normal, offset)| dot(*normal, at) > *offset)
+            && self.solids.iter().all(|(tree, solid)| tree.contains(at) == (*solid == Solid::Outside))
+    }
+
+    /// Distance to the walls, negative within; at most `limit` either way.
+    pub(crate) fn height(&self, at: [f64; 3], limit: f64) -> f64 {
+        let planes = self.planes.iter().map(|(normal, offset)| dot(*normal, at) - offset);
+        let solids = self.solids.iter().map(|(tree, solid)| {
+            let distance = tree.nearest(at, limit).map_or(limit, |(distance, _)| distance);
+            if tree.contains(at) == (*solid == Solid::Outside) { distance } else { -distance }
+        });
+        planes.chain(solids).fold(limit, f64::min).max(-limit)
+    }
+
+    /// Which share of the way along an axis, from an open place to one in a wall, is open.
+    pub(crate) fn open_share(&self, from: [f64; 3], axis: usize, way: f64) -> f64 {
+        let planes = self.planes.iter().filter_map(|(normal, offset)| {
+            let (here, there) = (dot(*normal, from) - offset, normal[axis] * way);
+            (here + there <= 0.0).then(|| here / -there)
+        });
+        let solids = self.solids.iter().filter_map(|(tree, _)| tree.first_hit(from, axis, way));
+        planes.chain(solids).fold(1.0, f64::min)
+    }
+
+    /// The nearest place on all walls that are nearer than `within`, or that the place is in. Exact where they meet at right angles.
+    pub(crate) fn settled(&self, mut at: [f64; 3], within: f64) -> [f64; 3] {
+        for (normal, offset) in &self.planes {
+            let height = dot(*normal, at) - offset;
+            if height < within {
+                at = add_scaled(at, *normal, -height);
+            }
+        }
+        for (tree, solid) in &self.solids {
+            let is_wall = tree.contains(at) == (*solid == Solid::Inside);
+            if let Some((_, triangle)) = tree.nearest(at, if is_wall { f64::INFINITY } else { within }) {
+                at = closest(at, *triangle).0;
+            }
+        }
+        at
+    }
+
+    /// The direction into the wall that a place touches, up to `within`.
+    pub(crate) fn touched(&self, at: [f64; 3], within: f64) -> Option<[f64; 3]> {
+        let on = |(normal, offset): &&([f64; 3], f64)| (dot(*normal, at) - offset).abs() <= within;
+        if let Some((normal, _)) = self.planes.iter().find(on) {
+            return Some(normal.map(|n| -n));
+        }
+        self.solids.iter().find_map(|(tree, solid)| {
+            let (_, [a, b, c]) = tree.nearest(at, within)?;
+            let normal = cross(subtract(*b, *a), subtract(*c, *a));
+            let normal = normal.map(|n| n / length(normal));
+            let is_solid = tree.contains(add_scaled(at, normal, 4.0 * within)) == (*solid == Solid::Inside);
+            Some(if is_solid { normal } else { normal.map(|n| -n) })
+        })
+    }
+
+    /// Images of the particles nearer to a wall than `reach`, which is the particles' support radius (see
+    /// [`Params::support`](crate::Params::support)). Where two half-spaces meet there are images of images. What is in a
+    /// wall already has none. The order depends on the particles alone.
+    ///
+    /// ```
+    /// # use std::sync::Arc;
+    /// # use pellicle::{Control, Params, Reconstructor, Walls, mesh::Report};
+    /// let mut positions: Vec<[f64; 3]> =
+    ///     (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|v| f64::from(v) * 0.1 + 0.05)).collect();
+    /// let (params, control) = (Params::new(0.05), Control::default());
+    /// let floor = Arc::new(Walls::new().with_plane([0.0, 0.0, 1.0], 0.0)?);
+    /// positions.extend(floor.ghosts((&positions).into(), params.support()).positions);
+    /// let mut reconstructor = Reconstructor::new();
+    /// reconstructor.set_walls(Some(floor));
+    /// let mesh = reconstructor.extract((&positions).into(), &[], &params, &control)?.to_mesh()?;
+    /// assert!(Report::of(&mesh).closed_manifold());
+    /// assert!(mesh.vertices.iter().all(|v| v[2] >= 0.0) && mesh.vertices.iter().any(|v| v[2] == 0.0));
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    pub fn ghosts(&self, positions: Positions<'_>, reach: f64) -> Ghosts {
+        let n = positions.len();
+        let mut images: Vec<([f64; 3], u32)> = Vec::new();
+        for &(normal, offset) in &self.planes {
+            let image = |at: [f64; 3], of: u32| {
+                let height = dot(normal, at) - offset;
+                (height > 0.0 && height < reach).then(|| (add_scaled(at, normal, -2.0 * height), of))
+            };
+            let first = (0..n).into_par_iter().filter_map(|i| image(positions.get(i), i as u32));
+            let second = images.par_iter().filter_map(|&(at, of)| image(at, of));
+            let new: Vec<([f64; 3], u32)> = first.chain(second).collect();
+            images.extend(new);
+        }
+        let of_solids = (0..n).into_par_iter().flat_map_iter(|i| {
+            let at = positions.get(i);
+            let images = self.solids.iter().flat_map(move |(tree, solid)| images_in(tree, *solid, at, reach));
+            images.map(move |image| (image, i as u32))
+        });
+        let of_solids: Vec<([f64; 3], u32)> = of_solids.collect();
+        images.extend(of_solids);
+        let (positions, of) = images.into_iter().unzip();
+        Ghosts { positions, of }
+    }
+}
+
+/// Images of a place in a solid: in its nearest point, in the sides around that the place stands before, at angles of 60° and
+/// more, and across the edges between these.
+fn images_in(tree: &Tree, solid: Solid, at: [f64; 3], reach: f64) -> Vec<[f64; 3]> {
+    /// Cosine beyond which two ways to a wall count as one, and below which two walls meet in an edge.
+    const ONE_WAY: f64 = 0.5;
+    let is_wall = |at: [f64; 3]| tree.contains(at) == (solid == Solid::Inside);
+    let Some((_, nearest)) = tree.nearest(at, reach) else { return Vec::new() };
+    if is_wall(at) {
+        return Vec::new();
+    }
+    let mut feet: Vec<(f64, [f64; 3])> = Vec::new();
+    let way = |triangle: &Triangle| {
+        let (foot, is_within) = closest(at, *triangle);
+        let way = subtract(foot, at);
+        (length(way), way, is_within)
+    };
+    tree.for_each_near(at, reach, |triangle| {
+        let (far, way, is_within) = way(triangle);
+        if is_within {
+            feet.push((far, way));
+        }
+    });
+    let (far, first, _) = way(nearest);
+    feet.push((far, first));
+    // By distance, then by direction, so that the order of the tree does not show.
+    feet.sort_by(|(f, v), (g, w)| f.total_cmp(g).then_with(|| v.partial_cmp(w).unwrap_or(std::cmp::Ordering::Equal)));
+    let mut ways: Vec<[f64; 3]> = Vec::new();
+    for (far, way) in feet {
+        let is_new = |other: &[f64; 3]| dot(way, *other) < ONE_WAY * far * length(*other);
+        if far > 0.0 && ways.len() < 3 && ways.iter().all(is_new) {
+            ways.push(way);
+        }
+    }
+    let sums = (1..1usize << ways.len())
+        .map(|set| (0..ways.len()).filter(|i| set >> i & 1 != 0).fold(at, |at, i| add_scaled(at, ways[i], 2.0)));
+    sums.filter(|image| is_wall(*image)).collect()
+}
+
+#[cfg(test)]
+mod tests;
