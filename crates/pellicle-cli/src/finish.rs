@@ -1,5 +1,7 @@
 //! `--smooth`, `--decimate` and `--keep`: what is done to a mesh once it is there, shared by the verbs that make one.
 
+use std::path::Path;
+
 use pellicle::post::Finish;
 use pellicle::post::clamp::Bounds;
 use pellicle::post::components::{Cavities, Keep};
@@ -140,9 +142,27 @@ pub struct Finishing {
     pub finish: Finish,
     /// Whether smoothing goes by how crowded the particles are.
     pub weighted: bool,
+    /// Whether triangles are paired to quads in the end.
+    pub quads: bool,
 }
 
 impl Finishing {
+    /// Whether the mesh is written as it comes.
+    pub fn is_nothing(&self) -> bool {
+        self.finish.is_nothing() && !self.quads
+    }
+
+    /// Whether the file can hold what is asked for, from its name alone.
+    ///
+    /// # Errors
+    /// Quads for a format of triangles.
+    pub fn check_format(&self, path: &Path) -> Result<(), Failure> {
+        if self.quads {
+            pellicle_io::check_quad_format(path).map_err(|error| Failure::Usage(format!("--quads: {error}")))?;
+        }
+        Ok(())
+    }
+
     /// As meant.
     ///
     /// # Errors
@@ -152,7 +172,7 @@ impl Finishing {
         let finish =
             Finish { keep: args.keep.unwrap_or_default(), decimate: args.decimate, clamp, ..Finish::default() };
         let Some(smooth) = args.smooth else {
-            return Ok(Self { finish, weighted: false });
+            return Ok(Self { finish, weighted: false, quads: args.quads });
         };
         if of == Of::Volume && smooth.weights == Some(true) {
             let what = "--smooth=weights=on: weights go by how crowded particles are, and a volume has none";
@@ -174,12 +194,12 @@ impl Finishing {
         let weighted = of == Of::Particles && smooth.weights.unwrap_or(true) && smoothing.iterations > 0;
         let (snap, normals) = (smooth.snap.unwrap_or(true), smooth.normals.unwrap_or(10));
         let finish = Finish { snap, smoothing: Some(smoothing), normals: Some(normals), ..finish };
-        Ok(Self { finish, weighted })
+        Ok(Self { finish, weighted, quads: args.quads })
     }
 
     /// For the output's header; `None` where nothing is done.
     pub fn record(&self) -> Option<String> {
-        if self.finish.is_nothing() {
+        if self.is_nothing() {
             return None;
         }
         let Finish { keep, snap, smoothing, decimate, normals, clamp } = self.finish;
@@ -204,6 +224,7 @@ impl Finishing {
             Target::Triangles(count) => format!("decimate triangles={count}"),
         }));
         words.extend(normals.map(|n| format!("normals={n}")));
+        words.extend(self.quads.then(|| "quads".to_owned()));
         words.extend(clamp.map(|Bounds { min, max }| format!("clamp {min:?} to {max:?}")));
         Some(words.join(" "))
     }
@@ -221,6 +242,7 @@ mod tests {
             decimate: Some(parse_decimate("error=0.5").unwrap()),
             keep: Some(parse_keep("largest=2,volume=0.1,cavities=off").unwrap()),
             clamp: Some(vec!["0,-1,-".into(), "1,2,3".into()]),
+            ..FinishArgs::default()
         };
         let found = Finishing::new(&args, Of::Particles).unwrap_or_else(|e| panic!("{e}"));
         let keep = Keep { largest: Some(2), min_volume: 0.1, cavities: Cavities::Fill };

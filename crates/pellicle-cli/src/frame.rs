@@ -184,7 +184,7 @@ impl Outcome {
         let input = frame.input.display();
         if self.particles == 0 {
             console.warn(format!("{input}: there are no particles, so the mesh is empty"));
-        } else if self.made.triangles == 0 {
+        } else if self.made.triangles == 0 && self.made.quads.unwrap_or(0) == 0 {
             console.warn(format!(
                 "{input}: no surface: the field exceeds {} nowhere on the lattice (check -r, lower -t, or use a \
                  smaller -c)",
@@ -199,11 +199,13 @@ impl Outcome {
 
     /// What a single run says in the end.
     pub fn tell(&self, job: &MeshJob, frame: &Frame, console: &Console) {
-        let Made { vertices, triangles, bytes, .. } = self.made;
+        let Made { vertices, triangles, quads, bytes, .. } = self.made;
         if let (Some(count), Some(path)) = (self.sprayed, &frame.spray) {
             console.say(format_args!("  spray: {} in {}", show_many(count, "particle"), path.display()));
         }
-        console.say(format_args!("  surface: {}, {}", show_vertices(vertices), show_many(triangles, "triangle")));
+        let quads = quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+        let triangles = show_many(triangles, "triangle");
+        console.say(format_args!("  surface: {}, {triangles}{quads}", show_vertices(vertices)));
         let path = frame.output.display();
         console.say(format_args!("{path}: {} in {:.3} s", show_bytes(bytes), self.seconds));
         if let Some(png) = &frame.png {
@@ -247,6 +249,7 @@ impl Outcome {
             "particle_radius": self.radius,
             "vertices": made.vertices,
             "triangles": made.triangles,
+            "quads": made.quads,
             "bricks_filled": made.stats.bricks_filled,
             "bricks_crossed": made.stats.bricks_crossed,
             "blocks": made.stats.blocks,

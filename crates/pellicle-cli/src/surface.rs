@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use pellicle::post::{
     Finish,
+    quads::{Pairing, pair},
     settle::{on_walls, settle},
     snap::Nodes,
 };
@@ -57,8 +58,10 @@ pub struct Order<'a> {
 pub struct Made {
     /// Vertices of the mesh.
     pub vertices: usize,
-    /// Triangles of the mesh.
+    /// Triangles of the mesh, but those in quads.
     pub triangles: usize,
+    /// Quads, where they were asked for.
+    pub quads: Option<usize>,
     /// Size of the file.
     pub bytes: u64,
     /// What the work amounted to.
@@ -81,7 +84,7 @@ pub fn make(
     let on_stage = |stage| clock.begin_core(stage);
     let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
     let core = |error| Failure::core(order.source, error);
-    let Finishing { finish, weighted } = order.finishing;
+    let Finishing { finish, weighted, quads } = order.finishing;
     let crowding = weighted.then(|| crowding(cloud.positions(), params.support(), &control)).transpose();
     let crowding = crowding.map_err(core)?;
     let mut attributes = cloud.attributes();
@@ -103,11 +106,12 @@ pub fn make(
     };
     let stats = made.stats();
     let (mut vertices, mut triangles) = (stats.vertices as usize, stats.triangles as usize);
+    let mut quad_count = None;
     clock.begin("write");
     if let Source::Counted(surface) = &made
         && order.target.is_stream()
         && !order.keep_mesh
-        && finish.is_nothing()
+        && order.finishing.is_nothing()
     {
         write_stream(surface, &attributes, &params, order)?;
     } else {
@@ -134,11 +138,18 @@ pub fn make(
         clock.begin("write");
         interrupt::check()?;
         let options = WriteOptions { comments: order.record(), up: order.up, ..WriteOptions::default() };
-        left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
-        kept = order.keep_mesh.then_some(mesh);
+        if quads {
+            let paired = pair(mesh, &Pairing::default(), &control).map_err(core)?;
+            (triangles, quad_count) = (paired.mesh.triangles.len(), Some(paired.quads.len()));
+            left_out = pellicle_io::write_quad_mesh(path, &paired, &options)?.left_out;
+            kept = order.keep_mesh.then(|| paired.triangulated());
+        } else {
+            left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
+            kept = order.keep_mesh.then_some(mesh);
+        }
     }
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes, stats, mesh: kept, left_out })
+    Ok(Made { vertices, triangles, quads: quad_count, bytes, stats, mesh: kept, left_out })
 }
 
 /// A surface that is counted, or already there.
@@ -202,6 +213,7 @@ fn write_stream(
 ) -> Result<(), Failure> {
     let origin = surface.origin();
     let layout = PlyLayout {
+        quad_count: 0,
         vertex_count: surface.vertex_count() as u64,
         triangle_count: surface.triangle_count() as u64,
         normals: params.normals,

@@ -140,3 +140,33 @@ fn the_contact_with_walls_is_flat() {
     folder.run(&["mesh", "cube.xyz", "--wall", "plane=1,2"]).expect(2);
     folder.run(&["mesh", "cube.xyz", "--wall", "plane=0,1,0,0", "--method", "tetra5"]).expect(2);
 }
+
+#[test]
+fn quads_are_written_where_the_format_holds_them() {
+    let folder = Folder::new();
+    folder.write_xyz("cube.xyz", &cube(6));
+    write_ball(&folder, "ball.npy");
+    for line in [&["mesh", "cube.xyz", "-r", "0.5"][..], &["contour", "ball.npy", "--iso", "0"]] {
+        folder.run(&[line, &["-o", "plain.ply", "--smooth"]].concat()).expect(0);
+        let plain = check(&folder, "plain.ply");
+        for name in ["a.ply", "a.obj", "a.vtk", "a.vtp", "a.vtu"] {
+            let run = folder.run(&[line, &["-o", name, "--smooth", "--quads", "--json"]].concat()).expect(0);
+            let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+            let made = if line[0] == "mesh" { &report } else { &report["surfaces"][0] };
+            let (quads, triangles) = (made["quads"].as_u64().unwrap(), made["triangles"].as_u64().unwrap());
+            assert_eq!(2 * quads + triangles, plain["triangles"].as_u64().unwrap(), "{name}");
+            assert!(quads > 3 * triangles, "{quads} {triangles}");
+            // As triangles again they are the same surface.
+            let read = check(&folder, name);
+            for key in ["closed_manifold", "triangles", "vertices", "euler_characteristic"] {
+                assert_eq!(read[key], plain[key], "{name} {key}");
+            }
+            let ratio = read["signed_volume"].as_f64().unwrap() / plain["signed_volume"].as_f64().unwrap();
+            assert!((ratio - 1.0).abs() < 1e-6);
+        }
+        for name in ["a.stl", "a.glb", "a.npz"] {
+            let run = folder.run(&[line, &["-o", name, "--quads"]].concat()).expect(2);
+            assert!(run.stderr.contains("quads are written to .ply"), "{}", run.stderr);
+        }
+    }
+}

@@ -95,6 +95,7 @@ fn ranges_written_out_of_order_by_several_threads_give_the_same_bytes() {
             let (whole, pieces) = (folder.join("whole.ply"), folder.join("pieces.ply"));
             write_mesh(&whole, &mesh, &options()).expect("written");
             let layout = PlyLayout {
+                quad_count: 0,
                 vertex_count: mesh.vertices.len() as u64,
                 triangle_count: mesh.triangles.len() as u64,
                 normals: has_normals,

@@ -68,7 +68,7 @@ pub use field::volume::{Border, Samples, Volume};
 pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
-pub use mesh::{Mesh, VertexAttribute};
+pub use mesh::{Mesh, QuadMesh, VertexAttribute};
 pub use params::{
     AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
     SolenthalerParams, ZhuBridsonParams,

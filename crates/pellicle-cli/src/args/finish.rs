@@ -22,6 +22,9 @@ pub struct FinishArgs {
     /// Components: largest=N,volume=V,cavities=off [default: all]
     #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
     pub keep: Option<Keep>,
+    /// Pair triangles to quads; not for STL, GLB, NPZ [default: no]
+    #[arg(long)]
+    pub quads: bool,
     /// Flat contact: plane=NX,NY,NZ,D, box=..., [outside=]FILE [default: no]
     #[arg(long, value_name = "WALL", value_parser = parse_wall)]
     pub wall: Vec<Wall>,

@@ -54,6 +54,27 @@ pub struct Mesh {
     pub attributes: Vec<VertexAttribute>,
 }
 
+/// A mesh of quads and triangles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct QuadMesh {
+    /// Vertices with what they carry, and the triangles that are no part of a quad.
+    pub mesh: Mesh,
+    /// Vertex indices, counter-clockwise seen from outside. Along the diagonal from the first corner to the third a quad may
+    /// be cut into triangles.
+    pub quads: Vec<[u32; 4]>,
+}
+
+impl QuadMesh {
+    /// Triangles alone: those of the quads first, each cut along its diagonal from the first corner.
+    pub fn triangulated(&self) -> Mesh {
+        let halves = self.quads.par_iter().flat_map_iter(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let triangles = halves.chain(self.mesh.triangles.par_iter().copied()).collect();
+        let Mesh { origin, vertices, normals, attributes, .. } = &self.mesh;
+        let (vertices, normals, attributes) = (vertices.clone(), normals.clone(), attributes.clone());
+        Mesh { origin: *origin, vertices, normals, triangles, attributes }
+    }
+}
+
 impl Mesh {
     /// World position of one vertex.
     ///

@@ -14,6 +14,7 @@ pub mod decimate;
 mod finish;
 pub mod largest;
 pub mod normals;
+pub mod quads;
 mod rebuild;
 pub mod settle;
 pub mod smooth;

@@ -78,6 +78,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     // What is wrong with the command line is known before the first file is read.
     for frame in plan.single.iter().chain(plan.frames.first()) {
         Target::new(frame.output.clone())?;
+        job.finishing.check_format(&frame.output)?;
     }
     let first = plan.single.as_ref().or(plan.whole.first());
     if job.isos.is_empty()
@@ -135,7 +136,7 @@ impl<'a> Job<'a> {
 
     /// Whether the surface of a frame can be written without being in memory as a whole.
     fn is_piecewise(&self, frame: &Frame) -> bool {
-        !self.keeps_largest && self.finishing.finish.is_nothing() && self.walls.is_none() && frame.png.is_none()
+        !self.keeps_largest && self.finishing.is_nothing() && self.walls.is_none() && frame.png.is_none()
     }
 
     /// An error that tells which isovalue to try.
