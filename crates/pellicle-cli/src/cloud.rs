@@ -5,6 +5,8 @@
 use pellicle::{Attribute, Carry, Ghosts, Positions, Walls};
 use pellicle_io::{AttributeValues, ParticleAttribute, Particles, PositionData};
 
+use crate::resolve::NORMAL_VELOCITY;
+
 /// The particles of one frame.
 #[derive(Debug)]
 pub struct Cloud {
@@ -63,6 +65,14 @@ impl Cloud {
     pub fn positions(&self) -> Positions<'_> {
         let view = self.positions.view();
         self.radii.as_ref().map_or(view, |radii| view.with_radii(radii))
+    }
+
+    /// Adds the speed of the surface along its normal, made of the velocity, which stays if it `is_wanted` itself.
+    pub fn add_normal_velocity(&mut self, is_wanted: bool) {
+        let Some(at) = self.channels.iter().position(|c| c.name == "velocity" && c.components == 3) else { return };
+        let values = if is_wanted { self.channels[at].values.clone() } else { self.channels.remove(at).values };
+        let name = NORMAL_VELOCITY.to_owned();
+        self.channels.push(Channel { name, components: 3, values, carry: Carry::NormalSpeed });
     }
 
     /// Adds the images of particles nearer to a wall than `reach`, with what they carry.

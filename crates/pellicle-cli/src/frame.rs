@@ -132,6 +132,9 @@ impl Loaded {
         // A frame may be tried again with more memory.
         let cloud = self.cloud.take().unwrap_or_else(|| {
             let mut cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
+            if job.normal_velocity {
+                cloud.add_normal_velocity(job.carry.wants("velocity", 3));
+            }
             if let Some(walls) = &job.walls {
                 cloud.mirror(walls, params.support());
             }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pellicle::{Band, Lanes, Params, Tetrahedra, Walls};
-use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
+use pellicle_io::{AttributeChoice, ParticleAttribute, Particles, RawType, ReadOptions, Up};
 
 use crate::args::{BandArg, CellArg, FrameArgs, InputArgs, MeshArgs, Switch};
 use crate::choose::crop::Crop;
@@ -46,6 +46,8 @@ pub struct MeshJob {
     pub choice: Choice,
     /// What is carried to the vertices.
     pub carry: AttributeChoice,
+    /// Whether they get the surface's speed along its normal, too.
+    pub normal_velocity: bool,
     /// The axis that points up.
     pub up: Up,
     /// Threads of the pool.
@@ -130,9 +132,12 @@ fn option<T, E: std::fmt::Display>(
 impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
-        let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
+        let (carry, normal_velocity) = made_of(args.attributes.clone().unwrap_or(AttributeChoice::Velocity));
         let (mut read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
         read.also.extend(args.surface.radius_attribute.clone().filter(|name| !read.also.contains(name)));
+        if normal_velocity && !read.also.iter().any(|name| name == VELOCITY) {
+            read.also.push(VELOCITY.into());
+        }
         let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
         files.png.clone_from(&args.png);
         files.spray.clone_from(&args.spray);
@@ -163,6 +168,7 @@ impl MeshJob {
             read,
             choice,
             carry,
+            normal_velocity,
             up: args.from.up.into(),
             threads: args.machine.threads.unwrap_or_else(machine::default_threads),
             skip_existing: args.frames.skip_existing,
@@ -190,8 +196,32 @@ impl MeshJob {
             }
             None => None,
         };
-        keep_carried(&self.carry, &self.read.also, particles);
+        if self.normal_velocity && particles.attribute(VELOCITY).is_none_or(|found| found.components != 3) {
+            let what =
+                format_args!("--attributes {NORMAL_VELOCITY}: made of the particles' velocity, and there is none");
+            return Err(Failure::file(path, what));
+        }
+        let also = self.normal_velocity.then_some(VELOCITY);
+        if !self.read.also.is_empty() {
+            let is_kept = |a: &ParticleAttribute| self.carry.wants(&a.name, a.components) || also == Some(&a.name[..]);
+            particles.attributes.retain(is_kept);
+        }
         Ok(radii)
+    }
+}
+
+/// The attribute that is not in files but made of the velocity.
+pub const NORMAL_VELOCITY: &str = "normal_velocity";
+const VELOCITY: &str = "velocity";
+
+/// What is to be read of a choice, and whether the speed along the normal is in it.
+fn made_of(choice: AttributeChoice) -> (AttributeChoice, bool) {
+    match choice {
+        AttributeChoice::Names(mut names) if names.iter().any(|name| name == NORMAL_VELOCITY) => {
+            names.retain(|name| name != NORMAL_VELOCITY);
+            (if names.is_empty() { AttributeChoice::None } else { AttributeChoice::Names(names) }, true)
+        }
+        choice => (choice, false),
     }
 }
 

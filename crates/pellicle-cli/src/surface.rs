@@ -217,7 +217,7 @@ fn write_stream(
         vertex_count: surface.vertex_count() as u64,
         triangle_count: surface.triangle_count() as u64,
         normals: params.normals,
-        attributes: attributes.iter().map(|a| (a.name.to_owned(), a.components)).collect(),
+        attributes: attributes.iter().map(|a| (a.name.to_owned(), a.width())).collect(),
         // Far from the origin single precision would move vertices; as in `write_mesh`.
         double: origin != [0.0; 3],
         origin,

@@ -170,3 +170,26 @@ fn quads_are_written_where_the_format_holds_them() {
         }
     }
 }
+
+#[test]
+fn the_speed_along_the_normal_is_made_of_the_velocity() {
+    let folder = Folder::new();
+    let lines: String = cube(5).iter().map(|[x, y, z]| format!("{x},{y},{z},0,0,-3,7\n")).collect();
+    folder.write("cube.csv", format!("x,y,z,vx,vy,vz,id\n{lines}").as_bytes());
+    let header = |attributes: &str| {
+        folder.run(&["mesh", "cube.csv", "-r", "0.5", "-o", "a.ply", "--attributes", attributes]).expect(0);
+        let bytes = std::fs::read(folder.path("a.ply")).unwrap();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        text[..text.find("element face").unwrap()].to_owned()
+    };
+    let alone = header("normal_velocity");
+    assert!(alone.contains("float normal_velocity\n") && !alone.contains("vx"), "{alone}");
+    let both = header("velocity,normal_velocity,id");
+    assert!(
+        both.contains("float normal_velocity\n") && both.contains("float vx") && both.contains("float id"),
+        "{both}"
+    );
+    folder.write_xyz("bare.xyz", &cube(3));
+    let run = folder.run(&["mesh", "bare.xyz", "-r", "0.5", "--attributes", "normal_velocity"]).expect(1);
+    assert!(run.stderr.contains("made of the particles' velocity"), "{}", run.stderr);
+}

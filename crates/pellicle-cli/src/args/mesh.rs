@@ -28,7 +28,7 @@ pub struct MeshArgs {
     /// Write particles without neighbours here [default: mesh them]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub spray: Option<PathBuf>,
-    /// To carry over: velocity, all, none, NAME,... [default: velocity]
+    /// velocity, normal_velocity, all, none, NAME,... [default: velocity]
     #[arg(long, value_name = "NAMES", value_parser = parse_attributes, help_heading = "Output")]
     pub attributes: Option<AttributeChoice>,
     /// Unit normals from the field's gradient

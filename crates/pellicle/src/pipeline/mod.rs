@@ -19,7 +19,7 @@ use std::sync::Arc;
 use chosen::{Chosen, Moved};
 
 use crate::{
-    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage, Walls,
+    Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
         band::{self, Budget},
         store::Source,
@@ -295,6 +295,10 @@ fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<()
         if attribute.components == 0 || attribute.values.len() != expected {
             let what = format!("attribute {} with {} components", attribute.name, attribute.components);
             return Err(Error::Length { what, found: attribute.values.len(), expected });
+        }
+        if attribute.carry == Carry::NormalSpeed && attribute.components != 3 {
+            let what = format!("a velocity of {}", attribute.name);
+            return Err(Error::Length { what, found: attribute.components, expected: 3 });
         }
     }
     Ok(())

@@ -73,13 +73,13 @@ impl Sampled<'_> {
             points.write(&mesh.vertices, 1, &mut mesh.normals, |of, to| field.normals(unit, of, &columns, to));
         }
         for attribute in attributes {
-            let components = attribute.components;
+            let components = attribute.width();
             let mut values = vec![0.0; mesh.vertices.len() * components];
             let interpolate =
                 |of: OctetVertices<'_>, to: &mut [f32]| field.interpolate(unit, of, &columns, attribute, to);
             points.write(&mesh.vertices, components, &mut values, interpolate);
             mesh.attributes.push(VertexAttribute {
-                carry: attribute.carry,
+                carry: attribute.carry_on(),
                 ..VertexAttribute::new(attribute.name, components, values)
             });
         }
@@ -106,7 +106,7 @@ fn check_memory(
     // Values, and what numbering keeps of a brick.
     const BYTES_PER_BRICK: u64 = 256 + 128;
     let per_vertex =
-        12 * (1 + usize::from(params.normals)) + 4 * attributes.iter().map(|a| a.components).sum::<usize>();
+        12 * (1 + usize::from(params.normals)) + 4 * attributes.iter().map(Attribute::width).sum::<usize>();
     let mesh = surface.vertices() * per_vertex + surface.triangles() * 12;
     let held = Store::<1>::bytes(store.octet_count(), store.len()) + BYTES_PER_BRICK * store.len() as u64;
     match params.max_memory {

@@ -115,9 +115,9 @@ impl Surface<'_> {
         mesh.attributes.resize_with(self.attributes.len(), VertexAttribute::default);
         for (from, to) in self.attributes.iter().zip(&mut mesh.attributes) {
             from.name.clone_into(&mut to.name);
-            (to.components, to.carry) = (from.components, from.carry);
-            grow(&mut to.values, vertices.len() * from.components, 0.0);
-            let first_value = |chunk: usize| first_vertex(chunk) * from.components;
+            (to.components, to.carry) = (from.width(), from.carry_on());
+            grow(&mut to.values, vertices.len() * from.width(), 0.0);
+            let first_value = |chunk: usize| first_vertex(chunk) * from.width();
             let work = |i: usize, to: &mut [_]| self.interpolate(i, from, of(i), to);
             for_each_part(chunks.clone(), &mut to.values[..], &first_value, &work);
         }
@@ -144,7 +144,7 @@ impl Surface<'_> {
     /// Whether the whole mesh fits in what the limit leaves.
     fn check_mesh_fits(&self) -> Result<(), Error> {
         let per_vertex = 1 + usize::from(self.params.normals);
-        let values: usize = self.attributes.iter().map(|a| a.components).sum();
+        let values: usize = self.attributes.iter().map(Attribute::width).sum();
         let mesh = self.vertex_count() * (12 * per_vertex + 4 * values) + self.triangle_count() * 12;
         let needed = self.held() + mesh as u64;
         match self.params.max_memory {
@@ -183,7 +183,7 @@ impl Surface<'_> {
         }
         chunk.attributes.resize_with(self.attributes.len(), Vec::new);
         for (from, to) in self.attributes.iter().zip(&mut chunk.attributes) {
-            to.resize(chunk.vertices.len() * from.components, 0.0);
+            to.resize(chunk.vertices.len() * from.width(), 0.0);
             self.interpolate(i, from, &chunk.vertices, to);
         }
     }
@@ -246,7 +246,7 @@ impl Surface<'_> {
     fn interpolate(&self, chunk: usize, attribute: &Attribute<'_>, vertices: &[[f32; 3]], mut to: &mut [f32]) {
         let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
-            let own = take(&mut to, of.vertices.len() * attribute.components);
+            let own = take(&mut to, of.vertices.len() * attribute.width());
             self.field.interpolate(self.unit, of, &columns, attribute, own);
         });
     }

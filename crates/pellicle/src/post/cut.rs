@@ -230,7 +230,7 @@ impl Section {
                 let [x, y] = self.edges[edge].map(|v| values[v as usize * width + c]);
                 let share = crossings[edge].1;
                 match rule {
-                    Carry::Mean => x + share * (y - x),
+                    Carry::Mean | Carry::NormalSpeed => x + share * (y - x),
                     Carry::Nearest if share > 0.5 => y,
                     Carry::Nearest => x,
                 }

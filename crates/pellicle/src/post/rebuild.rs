@@ -29,7 +29,7 @@ pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
     let carried = |attribute: &VertexAttribute| {
         let VertexAttribute { name, components, values, carry } = attribute;
         let values = match carry {
-            Carry::Mean => mean(values, *components),
+            Carry::Mean | Carry::NormalSpeed => mean(values, *components),
             Carry::Nearest => {
                 nearest.iter().flat_map(|&v| &values[v as usize * components..][..*components]).copied().collect()
             }

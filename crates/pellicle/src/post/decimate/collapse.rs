@@ -250,7 +250,7 @@ fn carry(mesh: &mut Mesh, [a, b]: [usize; 2], place: [f32; 3]) {
         for i in 0..attribute.components {
             let [x, y] = [a, b].map(|v| attribute.values[v * attribute.components + i]);
             attribute.values[a * attribute.components + i] = match attribute.carry {
-                Carry::Mean => between(x, y),
+                Carry::Mean | Carry::NormalSpeed => between(x, y),
                 Carry::Nearest if share > 0.5 => y,
                 Carry::Nearest => x,
             };
