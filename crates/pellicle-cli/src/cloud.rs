@@ -2,7 +2,7 @@
 //!
 //! Positions are moved, never copied: they are the largest thing in memory besides the lattice.
 
-use pellicle::{Attribute, Carry, Ghosts, Positions, Walls};
+use pellicle::{Attribute, Carry, Ghosts, Params, Positions, Walls};
 use pellicle_io::{AttributeValues, ParticleAttribute, Particles, PositionData};
 
 use crate::resolve::NORMAL_VELOCITY;
@@ -75,9 +75,9 @@ impl Cloud {
         self.channels.push(Channel { name, components: 3, values, carry: Carry::NormalSpeed });
     }
 
-    /// Adds the images of particles nearer to a wall than `reach`, with what they carry.
-    pub fn mirror(&mut self, walls: &Walls, reach: f64) {
-        let Ghosts { positions, of } = walls.ghosts(self.positions(), reach);
+    /// Adds the images of particles near walls, with what they carry.
+    pub fn mirror(&mut self, walls: &Walls, params: &Params) {
+        let Ghosts { positions, of } = walls.ghosts(self.positions(), params);
         match &mut self.positions {
             PositionData::F32(all) => all.extend(positions.iter().map(|p| p.map(|x| x as f32))),
             PositionData::F64(all) => all.extend(positions),

@@ -136,7 +136,7 @@ impl Loaded {
                 cloud.add_normal_velocity(job.carry.wants("velocity", 3));
             }
             if let Some(walls) = &job.walls {
-                cloud.mirror(walls, params.support());
+                cloud.mirror(walls, &params);
             }
             cloud
         });

@@ -122,7 +122,6 @@ fn extract<'a>(reconstructor: &'a mut Reconstructor, input: &'a Input, control: 
 /// As the command line does it: each thread makes a chunk and puts it at its place in the file.
 fn write(surface: &Surface<'_>, path: &Path) -> Result<(), Box<dyn Error + Send + Sync>> {
     let layout = PlyLayout {
-        quad_count: 0,
         vertex_count: surface.vertex_count() as u64,
         triangle_count: surface.triangle_count() as u64,
         origin: surface.origin(),

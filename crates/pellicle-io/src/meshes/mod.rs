@@ -106,12 +106,6 @@ impl<'a> From<&'a Mesh> for Faces<'a> {
     }
 }
 
-impl Faces<'_> {
-    pub(crate) fn count(&self) -> usize {
-        self.quads.len() + self.mesh.triangles.len()
-    }
-}
-
 /// Reads a mesh from PLY, OBJ, STL, legacy VTK, VTP, VTU or binary glTF, by the file's extension. The pieces of a VTK XML
 /// file become one mesh; its cells may be triangles, quads, pixels, polygons and triangle strips, and points and lines are
 /// passed over.

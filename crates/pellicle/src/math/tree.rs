@@ -326,4 +326,37 @@ mod tests {
         tree.for_each_near([0.5, 0.5, 0.9], 0.2, |_| near += 1);
         assert_eq!(near, 2);
     }
+
+    #[test]
+    fn the_tree_finds_what_a_search_through_all_triangles_finds() {
+        let corner = |i: usize, k: usize| [37, 53, 29].map(|m| (i * m * (k + 3) % 97) as f64 * 0.01);
+        let mut triangles: Vec<Triangle> = (0..300).map(|i| [0, 1, 2].map(|k| corner(i, k))).collect();
+        // Degenerate ones are segments.
+        triangles.push([corner(0, 0), corner(0, 0), corner(5, 0)]);
+        let tree = Tree::of(triangles);
+        let mut last = 0;
+        for i in 0..400 {
+            let p = [37, 53, 29].map(|k| f64::from(i * k % 101) / 50.0 - 0.5);
+            let all = tree.triangles.iter().map(|&t| distance_sq(p, t)).fold(f64::INFINITY, f64::min).sqrt();
+            assert_eq!(tree.distance(p, &mut last), all, "{p:?}");
+            assert_eq!(tree.nearest(p, 9.0).map(|found| found.0), Some(all));
+        }
+    }
+
+    #[test]
+    fn the_closest_point_is_right_over_every_region_of_a_triangle() {
+        let triangle = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
+        for (point, distance) in [
+            ([1.0, 1.0, 2.0], 2.0),
+            ([-3.0, -4.0, 0.0], 5.0),
+            ([2.0, -1.0, 0.0], 1.0),
+            ([7.0, -4.0, 0.0], 5.0),
+            ([-2.0, 1.0, 0.0], 2.0),
+            ([0.0, 5.0, 0.0], 2.0),
+            // Over the longest side: 3x + 4y = 12.
+            ([4.0, 3.0, 0.0], 2.4),
+        ] {
+            assert!((distance_sq(point, triangle).sqrt() - distance).abs() < 1e-12, "{point:?}");
+        }
+    }
 }

@@ -3,8 +3,10 @@
 //! Without them the surface ends where the field does: it bulges into a wall by the particles' size, or stops short of it, with
 //! a bump for each particle. Two things together give a flat contact:
 //!
-//! * [`Walls::ghosts`]: particles near a wall are mirrored in it, so that the field goes on as if there was no wall, the
-//!   surface meets it at a right angle, and densities and volumes next to it are those of a full neighbourhood;
+//! * [`Walls::ghosts`]: particles near a wall are mirrored, in the plane one particle radius before it, so that the field goes on
+//!   as if there was no wall, the surface meets it at a right angle, and densities and volumes next to it are those of a full
+//!   neighbourhood. Solvers keep their outermost particles one radius to two from a wall; in both cases the images carry the
+//!   layers on one spacing apart, and fluid counts as touching whose particles come within about 2.7 radii;
 //! * the surface is cut at the wall while it is made ([`Reconstructor::set_walls`](crate::Reconstructor::set_walls)): what is in
 //!   the wall is outside, and vertices on edges into it lie on the wall itself. So the mesh is closed and manifold by
 //!   construction as any other.
@@ -18,11 +20,13 @@
 //! Source: mirrored particles are those of Libersky & Petschek, Smooth particle hydrodynamics with strength of materials, 1991; the
 //! rest is this project's.
 
+use std::cmp::Ordering;
+
 use rayon::prelude::*;
 
 use super::Positions;
 use crate::{
-    Error,
+    Error, Params,
     math::{
         tree::{Tree, Triangle, closest},
         vector::{add_scaled, cross, dot, length, subtract},
@@ -160,9 +164,9 @@ impl Walls {
         })
     }
 
-    /// Images of the particles nearer to a wall than `reach`, which is the particles' support radius (see
-    /// [`Params::support`](crate::Params::support)). Where two half-spaces meet there are images of images. What is in a
-    /// wall already has none. The order depends on the particles alone.
+    /// Images of the particles that a wall lacks: of those farther from it than 1.5 particle radii and nearer than their support
+    /// and a radius, mirrored one radius before the wall. Where two half-spaces meet there are images of images. What is
+    /// in a wall has none. The order depends on the particles alone.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -171,7 +175,7 @@ impl Walls {
     ///     (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|v| f64::from(v) * 0.1 + 0.05)).collect();
     /// let (params, control) = (Params::new(0.05), Control::default());
     /// let floor = Arc::new(Walls::new().with_plane([0.0, 0.0, 1.0], 0.0)?);
-    /// positions.extend(floor.ghosts((&positions).into(), params.support()).positions);
+    /// positions.extend(floor.ghosts((&positions).into(), &params).positions);
     /// let mut reconstructor = Reconstructor::new();
     /// reconstructor.set_walls(Some(floor));
     /// let mesh = reconstructor.extract((&positions).into(), &[], &params, &control)?.to_mesh()?;
@@ -179,13 +183,13 @@ impl Walls {
     /// assert!(mesh.vertices.iter().all(|v| v[2] >= 0.0) && mesh.vertices.iter().any(|v| v[2] == 0.0));
     /// # Ok::<(), pellicle::Error>(())
     /// ```
-    pub fn ghosts(&self, positions: Positions<'_>, reach: f64) -> Ghosts {
-        let n = positions.len();
+    pub fn ghosts(&self, positions: Positions<'_>, params: &Params) -> Ghosts {
+        let (n, mirror) = (positions.len(), Mirror::of(params));
         let mut images: Vec<([f64; 3], u32)> = Vec::new();
         for &(normal, offset) in &self.planes {
             let image = |at: [f64; 3], of: u32| {
-                let height = dot(normal, at) - offset;
-                (height > 0.0 && height < reach).then(|| (add_scaled(at, normal, -2.0 * height), of))
+                let shift = mirror.shift(dot(normal, at) - offset)?;
+                Some((add_scaled(at, normal, -shift), of))
             };
             let first = (0..n).into_par_iter().filter_map(|i| image(positions.get(i), i as u32));
             let second = images.par_iter().filter_map(|&(at, of)| image(at, of));
@@ -194,7 +198,7 @@ impl Walls {
         }
         let of_solids = (0..n).into_par_iter().flat_map_iter(|i| {
             let at = positions.get(i);
-            let images = self.solids.iter().flat_map(move |(tree, solid)| images_in(tree, *solid, at, reach));
+            let images = self.solids.iter().flat_map(move |(tree, solid)| mirror.images(tree, *solid, at));
             images.map(move |image| (image, i as u32))
         });
         let of_solids: Vec<([f64; 3], u32)> = of_solids.collect();
@@ -204,42 +208,71 @@ impl Walls {
     }
 }
 
-/// Images of a place in a solid: in its nearest point, in the sides around that the place stands before, at angles of 60° and
-/// more, and across the edges between these.
-fn images_in(tree: &Tree, solid: Solid, at: [f64; 3], reach: f64) -> Vec<[f64; 3]> {
-    /// Cosine beyond which two ways to a wall count as one, and below which two walls meet in an edge.
-    const ONE_WAY: f64 = 0.5;
-    let is_wall = |at: [f64; 3]| tree.contains(at) == (solid == Solid::Inside);
-    let Some((_, nearest)) = tree.nearest(at, reach) else { return Vec::new() };
-    if is_wall(at) {
-        return Vec::new();
+/// How far from a wall particles are mirrored.
+#[derive(Clone, Copy)]
+struct Mirror {
+    /// How far before the wall the mirror is: a particle radius.
+    before: f64,
+    /// Distance from which on nothing is mirrored.
+    reach: f64,
+}
+
+impl Mirror {
+    fn of(params: &Params) -> Self {
+        let before = params.particle_radius;
+        Self { before, reach: params.support() + before }
     }
-    let mut feet: Vec<(f64, [f64; 3])> = Vec::new();
-    let way = |triangle: &Triangle| {
-        let (foot, is_within) = closest(at, *triangle);
-        let way = subtract(foot, at);
-        (length(way), way, is_within)
-    };
-    tree.for_each_near(at, reach, |triangle| {
-        let (far, way, is_within) = way(triangle);
-        if is_within {
-            feet.push((far, way));
-        }
-    });
-    let (far, first, _) = way(nearest);
-    feet.push((far, first));
-    // By distance, then by direction, so that the order of the tree does not show.
-    feet.sort_by(|(f, v), (g, w)| f.total_cmp(g).then_with(|| v.partial_cmp(w).unwrap_or(std::cmp::Ordering::Equal)));
-    let mut ways: Vec<[f64; 3]> = Vec::new();
-    for (far, way) in feet {
-        let is_new = |other: &[f64; 3]| dot(way, *other) < ONE_WAY * far * length(*other);
-        if far > 0.0 && ways.len() < 3 && ways.iter().all(is_new) {
-            ways.push(way);
-        }
+
+    /// How far the image of what is so far from a wall lies from it, towards the wall; `None` where there is none. Nearer
+    /// than 1.5 radii images would stand in the way: the next layer's do instead.
+    fn shift(self, height: f64) -> Option<f64> {
+        (height > 1.5 * self.before && height < self.reach).then(|| 2.0 * (height - self.before))
     }
-    let sums = (1..1usize << ways.len())
-        .map(|set| (0..ways.len()).filter(|i| set >> i & 1 != 0).fold(at, |at, i| add_scaled(at, ways[i], 2.0)));
-    sums.filter(|image| is_wall(*image)).collect()
+
+    /// Images of a place in a solid: in its nearest point, in the sides around that the place stands before, at angles of 60° and
+    /// more, and across the edges between these.
+    fn images(self, tree: &Tree, solid: Solid, at: [f64; 3]) -> Vec<[f64; 3]> {
+        /// Cosine beyond which two ways to a wall count as one.
+        const ONE_WAY: f64 = 0.5;
+        let is_wall = |at: [f64; 3]| tree.contains(at) == (solid == Solid::Inside);
+        let Some((_, nearest)) = tree.nearest(at, self.reach) else { return Vec::new() };
+        if is_wall(at) {
+            return Vec::new();
+        }
+        let way = |triangle: &Triangle| {
+            let (foot, is_within) = closest(at, *triangle);
+            let way = subtract(foot, at);
+            (length(way), way, is_within)
+        };
+        let mut feet: Vec<(f64, [f64; 3])> = Vec::new();
+        tree.for_each_near(at, self.reach, |triangle| {
+            let (far, way, is_within) = way(triangle);
+            if is_within {
+                feet.push((far, way));
+            }
+        });
+        let (far, first, _) = way(nearest);
+        feet.push((far, first));
+        // By distance, then by direction, so that the order of the tree does not show.
+        feet.sort_by(|(f, v), (g, w)| f.total_cmp(g).then_with(|| v.partial_cmp(w).unwrap_or(Ordering::Equal)));
+        let mut ways: Vec<(f64, [f64; 3])> = Vec::new();
+        for (far, way) in feet {
+            let is_new = |(size, other): &(f64, [f64; 3])| dot(way, *other) < ONE_WAY * far * size;
+            if ways.len() < 3 && ways.iter().all(is_new) {
+                ways.push((far, way));
+            }
+        }
+        let shifts: Vec<(f64, [f64; 3])> =
+            ways.iter().filter_map(|(far, way)| Some((self.shift(*far)? / far, *way))).collect();
+        let chosen =
+            |set: usize| shifts.iter().enumerate().filter(move |(i, _)| set >> i & 1 != 0).map(|(_, shift)| *shift);
+        let images = (1..1usize << shifts.len()).filter_map(|set| {
+            let image = chosen(set).fold(at, |at, (share, way)| add_scaled(at, way, share));
+            // On this side of the wall, or in it, not beyond.
+            (chosen(set).all(|(share, _)| share <= 1.0) || is_wall(image)).then_some(image)
+        });
+        images.collect()
+    }
 }
 
 #[cfg(test)]

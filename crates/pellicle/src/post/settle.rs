@@ -68,7 +68,7 @@ mod tests {
         let marks = on_walls(&mesh, &walls, spacing);
         let count = marks.iter().filter(|m| **m == 1.0).count();
         assert!(count > 40 && count < mesh.vertices.len() / 2);
-        let mut finished = |settles: bool| {
+        let finished = |settles: bool| {
             let mut mesh = mesh.clone();
             mesh.attributes.push(crate::VertexAttribute::new("", 1, marks.clone()));
             Finish::good_looking().apply(&mut mesh, &Nodes::cubic(spacing), None, &Control::default()).unwrap();

@@ -118,7 +118,7 @@ fn rounded(place: [f64; 3]) -> (u64, f64) {
     let (mut key, mut off) = (0, 0.0);
     for x in place {
         let cut = (x + 0.5) as i64;
-        let node = cut - i64::from(cut as f64 > x + 0.5);
+        let node = cut.wrapping_sub(i64::from(cut as f64 > x + 0.5));
         key = key << 21 | (node as u64 & 0x1f_ffff);
         off += (x - node as f64).powi(2);
     }

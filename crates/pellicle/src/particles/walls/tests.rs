@@ -25,7 +25,7 @@ fn water(counts: [usize; 3]) -> Vec<[f64; 3]> {
 fn surface(particles: &[[f64; 3]], walls: Walls, params: &Params) -> Mesh {
     let walls = Arc::new(walls);
     let mut positions = particles.to_vec();
-    positions.extend(walls.ghosts((&positions).into(), params.support()).positions);
+    positions.extend(walls.ghosts((&positions).into(), params).positions);
     let mut reconstructor = Reconstructor::new();
     reconstructor.set_walls(Some(walls));
     reconstructor.extract((&positions).into(), &[], params, &Control::default()).unwrap().to_mesh().unwrap()
@@ -109,21 +109,27 @@ fn the_same_bytes_for_threads_bands_and_limits() {
 
 #[test]
 fn ghosts_are_mirrored_also_in_corners_and_not_through_plates() {
-    let at = [[0.1, 0.2, 5.0]];
+    let (at, params) = ([[0.125, 0.1875, 5.0]], Params::new(0.0625));
     let corner = Walls::new().with_plane([1.0, 0.0, 0.0], 0.0).unwrap().with_plane([0.0, 3.0, 0.0], 0.0).unwrap();
-    let ghosts = corner.ghosts((&at).into(), 0.3);
+    let ghosts = corner.ghosts((&at).into(), &params);
     assert_eq!(ghosts.of, [0, 0, 0]);
-    assert_eq!(ghosts.positions, [[-0.1, 0.2, 5.0], [0.1, -0.2, 5.0], [-0.1, -0.2, 5.0]]);
+    assert_eq!(ghosts.positions, [[0.0, 0.1875, 5.0], [0.125, -0.0625, 5.0], [0.0, -0.0625, 5.0]]);
     // The same corner as a room.
     let room = Walls::new().with_mesh(box_mesh([0.0; 3], [9.0; 3]), Solid::Outside).unwrap();
-    let mut found = room.ghosts((&at).into(), 0.3).positions;
+    let mut found = room.ghosts((&at).into(), &params).positions;
     found.sort_by(|a, b| a.partial_cmp(b).unwrap());
     let near = |a: &[f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-12);
-    assert!(found.len() == 3 && near(&found[0], [-0.1, -0.2, 5.0]) && near(&found[2], [0.1, -0.2, 5.0]), "{found:?}");
-    // A plate thinner than twice the way to it, and a particle within a wall.
+    assert!(
+        found.len() == 3 && near(&found[0], [0.0, -0.0625, 5.0]) && near(&found[2], [0.125, -0.0625, 5.0]),
+        "{found:?}"
+    );
+    // A plate so thin that the image would be beyond, a particle within a wall, and particles too near and too far.
     let plate = Walls::new().with_mesh(box_mesh([-0.05, -9.0, -9.0], [0.0, 9.0, 9.0]), Solid::Inside).unwrap();
-    assert_eq!(plate.ghosts((&at).into(), 0.3), Ghosts::default());
-    assert_eq!(corner.ghosts((&[[-0.1, 1.0, 0.0]]).into(), 0.3), Ghosts::default());
+    assert_eq!(plate.ghosts((&[[0.1875, 5.0, 5.0]]).into(), &params), Ghosts::default());
+    assert_eq!(plate.ghosts((&[[0.125, 5.0, 5.0]]).into(), &params).of.len(), 1);
+    for x in [-0.1, 0.09, 0.35] {
+        assert_eq!(corner.ghosts((&[[x, 1.0, 0.0]]).into(), &params), Ghosts::default());
+    }
     assert!(Walls::new().with_plane([0.0; 3], 1.0).is_err());
     assert!(Walls::new().with_mesh(vec![[[f64::NAN; 3]; 3]], Solid::Inside).is_err());
 }
