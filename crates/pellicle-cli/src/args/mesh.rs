@@ -87,7 +87,7 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "NAME")]
     pub radius_attribute: Option<String>,
     /// Fields near the surface, or everywhere as a check
-    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
+    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true, hide = true)]
     pub band: BandArg,
     /// How cells become triangles: cubes, tetra5, tetra6
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]

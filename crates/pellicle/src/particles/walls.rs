@@ -3,10 +3,10 @@
 //! Without them the surface ends where the field does: it bulges into a wall by the particles' size, or stops short of it, with
 //! a bump for each particle. Two things together give a flat contact:
 //!
-//! * [`Walls::ghosts`]: particles near a wall are mirrored, in the plane one particle radius before it, so that the field goes on
-//!   as if there was no wall, the surface meets it at a right angle, and densities and volumes next to it are those of a full
-//!   neighbourhood. Solvers keep their outermost particles one radius to two from a wall; in both cases the images carry the
-//!   layers on one spacing apart, and fluid counts as touching whose particles come within about 2.7 radii;
+//! * [`Walls::ghosts`]: particles near a wall are mirrored, in the plane 1.5 particle radii before it, so that the field goes
+//!   on as if there was no wall, the surface meets it at a right angle, and densities and volumes next to it are those of a
+//!   full neighbourhood. Solvers keep their outermost particles one radius to two and a half from a wall; the images carry
+//!   the layers on at most a spacing and a half apart, and fluid counts as touching whose particles come within about 3 radii;
 //! * the surface is cut at the wall while it is made ([`Reconstructor::set_walls`](crate::Reconstructor::set_walls)): what is in
 //!   the wall is outside, and vertices on edges into it lie on the wall itself. So the mesh is closed and manifold by
 //!   construction as any other.
@@ -132,17 +132,23 @@ impl Walls {
         planes.chain(solids).fold(1.0, f64::min)
     }
 
-    /// The nearest place on all walls that are nearer than `within`, or that the place is in. Exact where they meet at right angles.
+    /// The nearest place on the nearest wall, if that is nearer than `within`, and on others that are nearer than a quarter of
+    /// it or that the place is in. Exact where they meet at right angles.
     pub(crate) fn settled(&self, mut at: [f64; 3], within: f64) -> [f64; 3] {
+        let nearest = self.height(at, within) * (1.0 + 1e-9);
+        let is_met = |height: f64| height < 0.25 * within || (height < within && height <= nearest);
         for (normal, offset) in &self.planes {
             let height = dot(*normal, at) - offset;
-            if height < within {
+            if is_met(height) {
                 at = add_scaled(at, *normal, -height);
             }
         }
         for (tree, solid) in &self.solids {
             let is_wall = tree.contains(at) == (*solid == Solid::Inside);
-            if let Some((_, triangle)) = tree.nearest(at, if is_wall { f64::INFINITY } else { within }) {
+            let found = tree.nearest(at, if is_wall { f64::INFINITY } else { within });
+            if let Some((height, triangle)) = found
+                && (is_wall || is_met(height))
+            {
                 at = closest(at, *triangle).0;
             }
         }
@@ -164,8 +170,8 @@ impl Walls {
         })
     }
 
-    /// Images of the particles that a wall lacks: of those farther from it than 1.5 particle radii and nearer than their support
-    /// and a radius, mirrored one radius before the wall. Where two half-spaces meet there are images of images. What is
+    /// Images of the particles that a wall lacks: of those farther from it than two particle radii and nearer than their support
+    /// and 1.5 radii, mirrored 1.5 radii before the wall. Where two half-spaces meet there are images of images. What is
     /// in a wall has none. The order depends on the particles alone.
     ///
     /// ```
@@ -211,22 +217,24 @@ impl Walls {
 /// How far from a wall particles are mirrored.
 #[derive(Clone, Copy)]
 struct Mirror {
-    /// How far before the wall the mirror is: a particle radius.
+    /// How far before the wall the mirror is. With a particle radius, half a layer, fluid that a solver keeps two and a half
+    /// radii from the edges of a tank (SPlisHSPlasH's volume maps) would leave a groove along them.
     before: f64,
+    /// Distance up to which nothing is mirrored: images would stand in the way, the next layer's do instead.
+    from: f64,
     /// Distance from which on nothing is mirrored.
     reach: f64,
 }
 
 impl Mirror {
     fn of(params: &Params) -> Self {
-        let before = params.particle_radius;
-        Self { before, reach: params.support() + before }
+        let radius = params.particle_radius;
+        Self { before: 1.5 * radius, from: 2.0 * radius, reach: params.support() + 1.5 * radius }
     }
 
-    /// How far the image of what is so far from a wall lies from it, towards the wall; `None` where there is none. Nearer
-    /// than 1.5 radii images would stand in the way: the next layer's do instead.
+    /// How far the image of what is so far from a wall lies from it, towards the wall; `None` where there is none.
     fn shift(self, height: f64) -> Option<f64> {
-        (height > 1.5 * self.before && height < self.reach).then(|| 2.0 * (height - self.before))
+        (height > self.from && height < self.reach).then_some(2.0 * (height - self.before))
     }
 
     /// Images of a place in a solid: in its nearest point, in the sides around that the place stands before, at angles of 60° and

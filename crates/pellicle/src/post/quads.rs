@@ -74,7 +74,9 @@ pub fn pair(mesh: Mesh, pairing: &Pairing, control: &Control<'_>) -> Result<Quad
     let sides = sides(&mesh);
     let mut edges = vec![0u32; mesh.vertices.len()];
     for run in sides.chunk_by(|a, b| a.ends == b.ends) {
-        run[0].ends.iter().for_each(|&v| edges[v as usize] += 1);
+        // At a border two edges are enough, so its own count twice.
+        let count = if run.len() == 1 { 2 } else { 1 };
+        run[0].ends.iter().for_each(|&v| edges[v as usize] += count);
     }
     control.check()?;
     let mut pairs: Vec<Pair> = sides

@@ -71,7 +71,9 @@ mod tests {
         let finished = |settles: bool| {
             let mut mesh = mesh.clone();
             mesh.attributes.push(crate::VertexAttribute::new("", 1, marks.clone()));
-            Finish::good_looking().apply(&mut mesh, &Nodes::cubic(spacing), None, &Control::default()).unwrap();
+            let free: Vec<f32> = marks.iter().map(|mark| if *mark > 0.0 { 0.0 } else { f32::MAX }).collect();
+            let nodes = Nodes::cubic(spacing);
+            Finish::good_looking().apply(&mut mesh, &nodes, Some(&free), &Control::default()).unwrap();
             let marks = mesh.attributes.pop().unwrap().values;
             if settles {
                 settle(&mut mesh, &walls, &marks, spacing).unwrap();
@@ -80,7 +82,7 @@ mod tests {
             assert!(Report::of(&mesh).closed_manifold());
             (on.iter().filter(|z| **z != 0.04).count(), mesh)
         };
-        assert!(finished(false).0 > 20);
+        assert!(finished(false).0 > 0, "merging lifts some");
         let (off, mesh) = finished(true);
         assert_eq!(off, 0);
         assert!(mesh.vertices.iter().all(|v| v[2] >= 0.04));

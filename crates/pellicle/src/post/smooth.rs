@@ -217,16 +217,22 @@ mod tests {
 
     #[test]
     fn there_and_back_flattens_and_keeps_the_volume() {
+        // Noise of a fifth of a cell.
+        let mut noisy = bumpy();
+        for (i, v) in noisy.vertices.iter_mut().enumerate() {
+            let noise = |a: usize| ((i * 7919 + a * 104_729) % 101) as f32 / 50.0 - 1.0;
+            *v = [0, 1, 2].map(|a| v[a] + 0.0025 * noise(a));
+        }
         let run = |smoothing| {
-            let mut mesh = bumpy();
+            let mut mesh = noisy.clone();
             smooth(&mut mesh, None, &smoothing, &Control::default()).unwrap();
             Report::of(&mesh)
         };
-        let before = Report::of(&bumpy());
+        let before = Report::of(&noisy);
         let (kept, shrunk) = (run(Smoothing::keeping_volume()), run(Smoothing::default()));
         let lost = |report: &Report| 1.0 - report.signed_volume / before.signed_volume;
         assert!(lost(&kept).abs() < 0.01 && lost(&shrunk) > 0.03, "{} {}", lost(&kept), lost(&shrunk));
-        assert!(kept.area < 0.98 * before.area && kept.closed_manifold());
+        assert!(kept.area < 0.97 * before.area && kept.closed_manifold(), "{} {}", kept.area, before.area);
         let unstable = Smoothing { strength: 0.7, ..Smoothing::keeping_volume() };
         assert!(smooth(&mut bumpy(), None, &unstable, &Control::default()).is_err());
     }
