@@ -122,10 +122,14 @@ pub fn make(
             let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
             let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
             if let Some(walls) = order.walls {
-                // What is on a wall stays there: it has no weight, and is put back where it was merged.
+                // What is on a wall stays there: it has no weight, nor has what it is merged with, and it is put back.
                 let marks = on_walls(&mesh, walls, spacing);
                 let weights = crowding.get_or_insert_with(|| vec![f32::MAX; marks.len()]);
-                weights.iter_mut().zip(&marks).filter(|(_, mark)| **mark > 0.0).for_each(|(weight, _)| *weight = 0.0);
+                weights
+                    .iter_mut()
+                    .zip(&marks)
+                    .filter(|(_, mark)| **mark > 0.0)
+                    .for_each(|(weight, _)| *weight = f32::NAN);
                 mesh.attributes.push(VertexAttribute::new(String::new(), 1, marks));
             }
             finish.apply(&mut mesh, &nodes, crowding.as_deref(), &control).map_err(core)?;

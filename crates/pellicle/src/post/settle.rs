@@ -1,7 +1,7 @@
 //! Vertices on walls, held there while a mesh is finished.
 //!
 //! Merging, smoothing and decimation know of no wall: they would round the rim of a contact and lift it off. So vertices on
-//! walls are marked before ([`on_walls`]), the mark travels as an attribute does, and what still has half of it is put back
+//! walls get no weight for smoothing (a crowding of NaN, which is also that of what they are merged with), they are marked before ([`on_walls`]), the mark travels as an attribute does, and what still has half of it is put back
 //! after ([`settle`]), as is all that went into a wall. Connectivity stays as it is.
 //!
 //! Source: this project.
@@ -71,7 +71,7 @@ mod tests {
         let finished = |settles: bool| {
             let mut mesh = mesh.clone();
             mesh.attributes.push(crate::VertexAttribute::new("", 1, marks.clone()));
-            let free: Vec<f32> = marks.iter().map(|mark| if *mark > 0.0 { 0.0 } else { f32::MAX }).collect();
+            let free: Vec<f32> = marks.iter().map(|mark| if *mark > 0.0 { f32::NAN } else { f32::MAX }).collect();
             let nodes = Nodes::cubic(spacing);
             Finish::good_looking().apply(&mut mesh, &nodes, Some(&free), &Control::default()).unwrap();
             let marks = mesh.attributes.pop().unwrap().values;
