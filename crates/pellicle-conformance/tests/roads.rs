@@ -4,14 +4,14 @@
 //! Scenes of Rosenberg & Birdwell 2008 lie in the folder that `PELLICLE_DATA` names, or in `../shared/data` beside the
 //! workspace; without them those tests say that they are skipped.
 
-use std::{collections::HashMap, path::PathBuf};
+use std::path::PathBuf;
 
 use pellicle::{
     Mesh, MetaballParams, Params, ScalarField,
     realtime::{self, Engine, Seeds},
     reconstruct,
 };
-use pellicle_conformance::{Random, skip};
+use pellicle_conformance::{Random, lonely, skip};
 
 const ISO: f64 = 0.2;
 /// As close to the isovalue, relatively, a node's side may be decided by rounding.
@@ -39,34 +39,6 @@ fn value(positions: &[[f32; 3]], reach: f64, at: [f64; 3]) -> f64 {
     positions.iter().map(|p| rest(p).max(0.0).powi(2) / 4.0).sum()
 }
 
-/// Vertices by the cell of a coarse grid, in cells of the lattice.
-fn grid(mesh: &Mesh, spacing: f64) -> HashMap<[i64; 3], Vec<[f64; 3]>> {
-    let mut cells: HashMap<_, Vec<_>> = HashMap::new();
-    for v in 0..mesh.vertices.len() {
-        let at = mesh.position(v).map(|x| x / spacing);
-        cells.entry(at.map(|x| x.floor() as i64)).or_default().push(at);
-    }
-    cells
-}
-
-/// Vertices of `mesh` that `other` has none near of.
-fn lonely(mesh: &Mesh, other: &Mesh, spacing: f64) -> Vec<[f64; 3]> {
-    let cells = grid(other, spacing);
-    let near = |at: [f64; 3]| {
-        let range = [0, 1, 2].map(|a| (at[a] - APART).floor() as i64..=(at[a] + APART).floor() as i64);
-        range[0].clone().any(|x| {
-            range[1].clone().any(|y| {
-                range[2].clone().any(|z| {
-                    cells
-                        .get(&[x, y, z])
-                        .is_some_and(|vertices| vertices.iter().any(|v| (0..3).all(|a| (v[a] - at[a]).abs() <= APART)))
-                })
-            })
-        })
-    };
-    (0..mesh.vertices.len()).map(|v| mesh.position(v).map(|x| x / spacing)).filter(|&at| !near(at)).collect()
-}
-
 /// Compares both roads; gives how many vertices they do not share, all of them beside doubtful nodes.
 fn judge(positions: &[[f32; 3]], reach: f64, spacing: f64, seeds: Seeds) -> usize {
     let radius = reach / 4.0;
@@ -83,7 +55,7 @@ fn judge(positions: &[[f32; 3]], reach: f64, spacing: f64, seeds: Seeds) -> usiz
     assert!(bulk.vertices.len() > 500, "{}", bulk.vertices.len());
     let mut differ = 0;
     for (mesh, other, name) in [(&bulk, &here, "bulk"), (&here, &bulk, "real time")] {
-        for at in lonely(mesh, other, spacing) {
+        for at in lonely(mesh, other, spacing, APART) {
             // One end of the vertex's edge has another side on the other road.
             let doubtful = [0, 1].iter().any(|&up| {
                 let node = at.map(|x| {
