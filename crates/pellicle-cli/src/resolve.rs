@@ -204,6 +204,10 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
         band: match surface.band {
             BandArg::Auto => Band::Auto,
             BandArg::Full => Band::Full,
+            BandArg::Paper if surface.method != CellArg::Cubes => {
+                return Err(Failure::Usage("--band paper is for --method cubes: it knows whole cells only".into()));
+            }
+            BandArg::Paper => Band::Paper,
         },
         normals: args.normals == Switch::On,
         max_memory: args.max_memory,
@@ -288,9 +292,15 @@ mod tests {
 
     #[test]
     fn what_cannot_mean_anything_is_a_usage_error() {
-        for wrong in
-            ["--where type=", "--crop 1,2,3 0,0,0", "--crop 1,2 3,4,5", "--frames 9-x", "--shard 4/3", "--png a.jpg"]
-        {
+        for wrong in [
+            "--where type=",
+            "--crop 1,2,3 0,0,0",
+            "--crop 1,2 3,4,5",
+            "--frames 9-x",
+            "--shard 4/3",
+            "--png a.jpg",
+            "--band paper --method tetra5",
+        ] {
             let line = format!("pellicle mesh a.xyz {wrong}");
             assert!(matches!(resolve(&line), Err(Failure::Usage(_))), "{wrong}");
         }

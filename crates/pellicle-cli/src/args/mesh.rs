@@ -101,8 +101,9 @@ pub struct SurfaceArgs {
     /// Attribute with each particle's own radius [default: one for all]
     #[arg(long, value_name = "NAME")]
     pub radius_attribute: Option<String>,
-    /// Fields near the surface, or everywhere as a check
-    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
+    /// Field near the surface, everywhere as a check, or near
+    /// surface particles (Akinci 2012; may leave holes)
+    #[arg(long, value_name = "auto|full|paper", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
     /// How cells become triangles: cubes, tetra5, tetra6
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
@@ -153,4 +154,6 @@ pub enum BandArg {
     Auto,
     /// Everywhere.
     Full,
+    /// Near surface particles.
+    Paper,
 }

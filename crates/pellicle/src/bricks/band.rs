@@ -22,7 +22,10 @@ use std::{f64::consts::PI, ops::RangeInclusive};
 
 use rayon::prelude::*;
 
-use super::store::{Octet, Source, Store};
+use super::{
+    marks::{Marks, Nodes},
+    store::{Octet, Source, Store},
+};
 use crate::{
     Error, Stage,
     fill::{Values, simd::Sampling},
@@ -42,9 +45,22 @@ pub(crate) struct Band {
     pub(crate) fine: Store<1>,
     /// Whether the fine bricks' values were kept; otherwise who needs one computes it again.
     pub(crate) has_values: bool,
+    /// What of the fine bricks may take part; all but with [`Look::Near`].
+    pub(crate) marks: Marks,
     done: Vec<(u32, u8)>,
     /// For each group of octets, the bricks that they ask for.
     requests: Vec<Vec<(Coord, u8)>>,
+}
+
+/// Where to look.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Look<'a> {
+    /// Where the surface can be.
+    Band,
+    /// Every brick that a particle reaches.
+    Everywhere,
+    /// Within these boxes of nodes, and nowhere else: the surface may end there.
+    Near(&'a [Nodes]),
 }
 
 /// Octets that one task looks through.
@@ -60,16 +76,26 @@ pub(crate) struct Budget {
 }
 
 impl Band {
-    /// Finds and fills all bricks that matter. `step` is the node distance in support units; `full` asks for every
-    /// brick that a particle reaches.
-    pub(crate) fn find(&mut self, source: &Source<'_>, step: f64, full: bool, mut budget: Budget) -> Result<(), Error> {
+    /// Finds and fills all bricks that matter. `step` is the node distance in support units.
+    pub(crate) fn find(
+        &mut self,
+        source: &Source<'_>,
+        step: f64,
+        look: Look<'_>,
+        mut budget: Budget,
+    ) -> Result<(), Error> {
         self.fine.clear();
         self.coarse.clear();
+        self.marks.clear();
         let bounds = source.field.bounds();
         let multiple = multiple(step, bounds.map_or(0.5, |bounds| bounds.apart));
         source.control.begin(Stage::Active)?;
-        match bounds {
-            Some(bounds) if multiple > 1 && !full => {
+        match (look, bounds) {
+            (Look::Near(boxes), _) => {
+                self.marks.want(&mut self.fine, boxes, budget)?;
+                budget.taken += Marks::BYTES_PER_OCTET * self.fine.octet_count() as u64;
+            }
+            (Look::Band, Some(bounds)) if multiple > 1 => {
                 let coarse_step = step * f64::from(multiple);
                 want_reached(&mut self.coarse, source.cells, coarse_step, budget)?;
                 let thresholds = [bounds.outside_below, source.field.iso(), bounds.inside_above];
@@ -93,7 +119,12 @@ impl Band {
             }
             self.fine.fill(source, step, &[source.field.iso()], None, self.has_values, &mut self.done);
             source.control.check()?;
-            self.want_disagreeing(multiple);
+            if !matches!(look, Look::Near(_)) {
+                self.want_disagreeing(multiple);
+            }
+        }
+        if let Look::Near(_) = look {
+            self.marks.close(&self.fine);
         }
         Ok(())
     }
@@ -152,7 +183,7 @@ impl Budget {
     }
 
     /// An error unless so many bytes fit beside what is taken.
-    fn fits(self, lattice: u64) -> Result<(), Error> {
+    pub(crate) fn fits(self, lattice: u64) -> Result<(), Error> {
         let needed = self.taken.saturating_add(lattice);
         if needed <= self.bytes {
             Ok(())

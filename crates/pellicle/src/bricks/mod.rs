@@ -4,4 +4,5 @@ pub(crate) mod band;
 pub(crate) mod blocks;
 pub(crate) mod boxes;
 pub(crate) mod levels;
+pub(crate) mod marks;
 pub(crate) mod store;

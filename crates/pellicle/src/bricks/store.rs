@@ -110,8 +110,8 @@ impl<const SETS: usize> Store<SETS> {
     }
 
     /// Asks for bricks of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
-    /// its bricks are inside as long as they are not filled.
-    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) {
+    /// its bricks are inside as long as they are not filled. Returns the octet's index.
+    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) -> usize {
         let id = self.directory.entry(&mut self.cursor, at);
         if *id == NONE {
             let index = self.octets.len() as u32;
@@ -125,6 +125,13 @@ impl<const SETS: usize> Store<SETS> {
             self.queue.push(id);
         }
         octet.wanted |= new;
+        id as usize
+    }
+
+    /// Gives every wanted brick its place, and nothing in it.
+    #[cfg(test)]
+    pub(crate) fn fill_nothing(&mut self) {
+        self.assign_slots(&mut Vec::new());
     }
 
     /// Bytes held by so many bricks in so many octets, values left out: octet, directory, crossings, order, signs.

@@ -152,6 +152,27 @@ impl<F: Copy> Spread<F> {
         Self { centre: Centre::zero(s), first: [zero; 3], second: [zero; 6], radii: [zero; 3] }
     }
 
+    /// Its numbers but for radii: Σk, Σk d, S₁, S₂.
+    #[cfg(feature = "internals")]
+    #[inline(always)]
+    pub(crate) fn channels(&self) -> [F; 13] {
+        let Self { centre: Centre { weight, moment: m, .. }, first: f, second: s, .. } = *self;
+        [weight, m[0], m[1], m[2], f[0], f[1], f[2], s[0], s[1], s[2], s[3], s[4], s[5]]
+    }
+
+    /// Of [`channels`](Self::channels).
+    #[cfg(feature = "internals")]
+    #[inline(always)]
+    pub(crate) fn from_channels<S: Simd<F = F>>(s: S, v: &[F; 13]) -> Self {
+        let zero = s.splat(0.0);
+        Self {
+            centre: Centre { weight: v[0], moment: [v[1], v[2], v[3]], radius: zero },
+            first: [v[4], v[5], v[6]],
+            second: [v[7], v[8], v[9], v[10], v[11], v[12]],
+            radii: [zero; 3],
+        }
+    }
+
     /// Adds a particle, all but what the derivative of r̄ needs.
     #[inline(always)]
     pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], dist_sq: F, brings: Brings) {

@@ -6,6 +6,7 @@ mod contour;
 pub(crate) mod engine;
 mod sampled;
 mod surface;
+mod surface_boxes;
 mod tetrahedra;
 
 pub use contour::{
@@ -15,11 +16,12 @@ pub use surface::{Chunk, Surface};
 pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 
 use chosen::{Chosen, Moved};
+use surface_boxes::SurfaceBoxes;
 
 use crate::{
     Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
     bricks::{
-        band::{self, Budget},
+        band::{self, Budget, Look},
         store::Source,
     },
     fill::{any::AnyField, brick_origin},
@@ -56,6 +58,7 @@ pub struct Reconstructor {
     /// What each particle brings to the field besides its position, in canonical order.
     columns: Vec<Vec<f32>>,
     moved: Moved,
+    surface: SurfaceBoxes,
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
@@ -120,7 +123,8 @@ impl Reconstructor {
         })?;
         let Chosen { field, support, columns } = chosen::choose(params, positions)?;
         let lattice = Lattice { spacing: params.spacing(), support };
-        let budget = budget(params.max_memory, positions.len(), columns)?;
+        let surface = if params.band == Band::Paper { SurfaceBoxes::BYTES_PER_PARTICLE } else { 0 };
+        let budget = budget(params.max_memory, positions.len(), columns, surface)?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
         Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
@@ -210,16 +214,31 @@ impl<'a> Weighed<'a> {
         chosen::volumes(params.field, *lattice, &from.columns, from.cells.len())
     }
 
+    /// What rivals begin with.
+    #[cfg(feature = "internals")]
+    pub(crate) fn parts(&self) -> (&Cells, &[Vec<f32>], f64) {
+        (&self.0.from.cells, &self.0.from.columns, self.0.lattice.support)
+    }
+
     /// Samples the field where the surface may be.
     ///
     /// # Errors
     /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Cancelled`].
     pub fn sample(self) -> Result<Sampled<'a>, Error> {
         let Self(job) = self;
-        let Reconstructor { cells, columns, band, .. } = &mut *job.from;
+        let Reconstructor { cells, columns, band, surface, .. } = &mut *job.from;
+        surface.clear();
+        let look = match job.params.band {
+            Band::Auto => Look::Band,
+            Band::Full => Look::Everywhere,
+            Band::Paper => {
+                job.control.begin(Stage::SurfaceParticles)?;
+                Look::Near(surface.find(job.unit, job.params, job.positions, job.control)?)
+            }
+        };
         let columns = &chosen::slices(columns);
         let source = Source { unit: job.unit, field: &*job.field, cells, columns, control: job.control };
-        band.find(&source, job.lattice.step(), job.params.band == Band::Full, job.budget)?;
+        band.find(&source, job.lattice.step(), look, job.budget)?;
         Ok(Sampled(job))
     }
 }
@@ -251,7 +270,7 @@ impl<'a> Sampled<'a> {
     pub fn count(self) -> Result<Surface<'a>, Error> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
         control.begin(Stage::Count)?;
-        from.counted.count(unit, &from.band.fine)?;
+        from.counted.count(unit, &from.band.fine, &from.band.marks)?;
         control.check()?;
         from.cut_chunks();
         let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
@@ -259,9 +278,10 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// A limit, of which the sorted particles and their columns take their part.
-fn budget(max_memory: Option<u64>, particles: usize, columns: usize) -> Result<Budget, Error> {
-    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + (columns * size_of::<f32>()) as u64);
+/// A limit, of which the sorted particles, their columns and the bytes that finding surface particles takes of each have their
+/// part.
+fn budget(max_memory: Option<u64>, particles: usize, columns: usize, surface: u64) -> Result<Budget, Error> {
+    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + (columns * size_of::<f32>()) as u64 + surface);
     let bytes = max_memory.unwrap_or(u64::MAX);
     if taken > bytes {
         return Err(Error::Memory { what: "the particles alone", needed: taken, available: bytes });

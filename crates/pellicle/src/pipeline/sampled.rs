@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::{Job, Sampled, chosen};
 use crate::{
-    Attribute, Error, Mesh, Params, Stage, Stats, Tetrahedra, VertexAttribute,
+    Attribute, Band, Error, Mesh, Params, Stage, Stats, Tetrahedra, VertexAttribute,
     bricks::store::Store,
     fill::{Scratch, points::OctetVertices},
     lattice::{Coord, Lattice, OCTET},
@@ -31,7 +31,7 @@ impl Sampled<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for another split, [`Error::Memory`] when a limit kept the samples from being kept,
+    /// [`Error::Parameter`] for another split and with [`Band::Paper`], which is for cubes, [`Error::Memory`] when a limit kept the samples from being kept,
     /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
     pub fn tetrahedra(self, split: Tetrahedra) -> Result<(Mesh, Stats), Error> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
@@ -43,6 +43,10 @@ impl Sampled<'_> {
                 return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
             }
         };
+        if params.band == Band::Paper {
+            let must = "auto or full with tetrahedra: the paper's band knows whole cells only";
+            return Err(Error::Parameter { name: "band", value: f64::NAN, must });
+        }
         if !from.band.has_values {
             let needed = size_of::<[f32; 64]>() as u64 * from.band.fine.len() as u64;
             let what = "keeping all samples near the surface, as tetrahedra ask,";
@@ -79,6 +83,8 @@ impl Sampled<'_> {
         control.check()?;
         let stats = Stats {
             particles: from.cells.len() as u64,
+            surface_particles: 0,
+            surface_nodes: 0,
             bricks_filled: source.bricks() as u64,
             bricks_crossed: surface.crossed_bricks() as u64,
             blocks: 1,
