@@ -15,16 +15,22 @@ pub use contour::{
 pub use surface::{Chunk, Surface};
 pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
 
+use std::sync::Arc;
+
 use chosen::{Chosen, Moved};
 use surface_boxes::SurfaceBoxes;
 
 use crate::{
-    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
+    Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
         band::{self, Budget, Look},
         store::Source,
     },
-    fill::{any::AnyField, brick_origin},
+    fill::{
+        any::AnyField,
+        brick_origin,
+        walled::{WallLattice, Walled},
+    },
     lattice::{Lattice, OCTET},
     lookup::cells::Cells,
     march::cubes::{count::Counted, emit::Frame},
@@ -62,12 +68,18 @@ pub struct Reconstructor {
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
+    walls: Option<Arc<Walls>>,
 }
 
 impl Reconstructor {
     /// With no memory yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Walls that the surfaces to come are cut at; see [`Walls`], also for the particles that must be mirrored before.
+    pub fn set_walls(&mut self, walls: Option<Arc<Walls>>) {
+        self.walls = walls.filter(|walls| !walls.is_empty());
     }
 
     /// Finds and counts the surface of the particles; the result writes it, whole or in chunks. Runs in the current rayon
@@ -128,6 +140,10 @@ impl Reconstructor {
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
         Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
+    }
+
+    fn wall_lattice(&self, spacing: f64) -> Option<WallLattice> {
+        self.walls.clone().map(|walls| WallLattice { walls, spacing })
     }
 
     /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
@@ -195,6 +211,9 @@ impl<'a> Sorted<'a> {
         job.control.begin(Stage::Density)?;
         job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
+        if let Some(lattice) = job.from.wall_lattice(job.lattice.spacing) {
+            job.field = Box::new(Walled { field: job.field, lattice, support: job.lattice.support });
+        }
         Ok(Weighed(job))
     }
 }
@@ -223,14 +242,20 @@ impl<'a> Weighed<'a> {
     /// Samples the field where the surface may be.
     ///
     /// # Errors
-    /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Cancelled`].
+    /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Parameter`] for [`Band::Paper`] where there
+    /// are walls, [`Error::Cancelled`].
     pub fn sample(self) -> Result<Sampled<'a>, Error> {
         let Self(job) = self;
+        let has_walls = job.from.walls.is_some();
         let Reconstructor { cells, columns, band, surface, .. } = &mut *job.from;
         surface.clear();
         let look = match job.params.band {
             Band::Auto => Look::Band,
             Band::Full => Look::Everywhere,
+            Band::Paper if has_walls => {
+                let must = "auto or full where there are walls: no surface particle tells where a wall cuts the fluid";
+                return Err(Error::Parameter { name: "band", value: f64::NAN, must });
+            }
             Band::Paper => {
                 job.control.begin(Stage::SurfaceParticles)?;
                 Look::Near(surface.find(job.unit, job.params, job.positions, job.control)?)
@@ -274,7 +299,8 @@ impl<'a> Sampled<'a> {
         control.check()?;
         from.cut_chunks();
         let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
-        Ok(Surface { from, unit, field, lattice, frame, params, attributes, control })
+        let walls = from.wall_lattice(lattice.spacing);
+        Ok(Surface { from, unit, field, lattice, walls, frame, params, attributes, control })
     }
 }
 
@@ -295,6 +321,10 @@ fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<()
         if attribute.components == 0 || attribute.values.len() != expected {
             let what = format!("attribute {} with {} components", attribute.name, attribute.components);
             return Err(Error::Length { what, found: attribute.values.len(), expected });
+        }
+        if attribute.carry == Carry::NormalSpeed && attribute.components != 3 {
+            let what = format!("a velocity of {}", attribute.name);
+            return Err(Error::Length { what, found: attribute.components, expected: 3 });
         }
     }
     Ok(())
