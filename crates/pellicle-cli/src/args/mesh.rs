@@ -101,8 +101,7 @@ pub struct SurfaceArgs {
     /// Attribute with each particle's own radius [default: one for all]
     #[arg(long, value_name = "NAME")]
     pub radius_attribute: Option<String>,
-    /// Field near the surface, everywhere as a check, or near
-    /// surface particles (Akinci 2012; may leave holes)
+    /// Near the surface, all, or as Akinci 2012 (holes)
     #[arg(long, value_name = "auto|full|paper", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
     /// How cells become triangles: cubes, tetra5, tetra6
