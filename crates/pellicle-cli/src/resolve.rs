@@ -152,6 +152,10 @@ impl MeshJob {
         if !args.finish.wall.is_empty() && args.surface.method != CellArg::Cubes {
             return Err(Failure::Usage("--wall: walls cut marching cubes only (leave out --method)".into()));
         }
+        if !args.finish.wall.is_empty() && args.surface.band == BandArg::Paper {
+            let why = "--wall: where a wall cuts the fluid no surface particle tells of it (leave out --band paper)";
+            return Err(Failure::Usage(why.into()));
+        }
         Ok(Self {
             files,
             radius: args.surface.radius,

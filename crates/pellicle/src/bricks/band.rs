@@ -4,9 +4,8 @@
 //!
 //! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, as far apart as the field
 //!    allows. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
-//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Some fields prove
-//!    outside from where the particles lie ([`Field::PROVES`](crate::field::Field::PROVES)), for a cube of one coarse step
-//!    around each sample; the cubes of a cell's corners cover it.
+//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Of those some fields
+//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)).
 //! 2. **Fill** what is wanted.
 //! 3. **Close**: a brick without values stands for 64 equal signs. Where a node of a filled brick disagrees with a brick
 //!    that it touches (through a face, an edge or a corner), that brick is wanted, too. Repeat until none is.
@@ -76,10 +75,12 @@ pub(crate) struct Budget {
 }
 
 impl Band {
-    /// Finds and fills all bricks that matter. `step` is the node distance in support units.
+    /// Finds and fills all bricks that matter. `step` is the node distance in support units; `sampler` has the field that is sampled
+    /// on the coarse lattice.
     pub(crate) fn find(
         &mut self,
         source: &Source<'_>,
+        sampler: &Source<'_>,
         step: f64,
         look: Look<'_>,
         mut budget: Budget,
@@ -103,12 +104,16 @@ impl Band {
                 let width = 3.0 * coarse_step;
                 let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
-                self.coarse.fill(source, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
+                self.coarse.fill(sampler, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
                 source.control.check()?;
                 budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
                 self.want_unsure(multiple, budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
+        }
+        if matches!(look, Look::Band) && source.field.proves() {
+            self.fine.drop_proven(source, step);
+            source.control.check()?;
         }
         source.control.begin(Stage::Fill)?;
         self.has_values = true;

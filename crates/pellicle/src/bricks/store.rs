@@ -14,10 +14,13 @@
 
 use std::cell::RefCell;
 
+use rayon::prelude::*;
+
 use crate::{
     fill::{
         Scratch, Values,
         any::AnyField,
+        prove::ProveOctet,
         simd::{FillOctet, Sampling},
     },
     lattice::Coord,
@@ -33,6 +36,7 @@ use crate::{
 const NONE: u32 = u32::MAX;
 
 /// What every fill needs.
+#[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) unit: Unit,
     pub(crate) field: &'a dyn AnyField,
@@ -157,6 +161,31 @@ impl<const SETS: usize> Store<SETS> {
     /// Bricks that wait for the next round.
     pub(crate) fn waiting_bricks(&self) -> usize {
         self.queue.iter().map(|&id| self.octets[id as usize].wanted.count_ones() as usize).sum()
+    }
+
+    /// Forgets those wanted bricks that are proven to be outside, by a field that proves.
+    pub(crate) fn drop_proven(&mut self, source: &Source<'_>, step: f64) {
+        let octets = &self.octets;
+        let prove = |&id: &u32| {
+            if source.control.check().is_err() {
+                return 0;
+            }
+            let octet = &octets[id as usize];
+            SCRATCH.with_borrow_mut(|(scratch, _)| {
+                let (cells, columns) = (source.cells, source.columns);
+                let of = ProveOctet { cells, columns, step, octet: octet.at, bricks: octet.wanted, scratch };
+                source.field.prove(source.unit, of)
+            })
+        };
+        let proven: Vec<u8> = self.queue.par_iter().map(prove).collect();
+        let mut proven = proven.into_iter();
+        self.queue.retain(|&id| {
+            let octet = &mut self.octets[id as usize];
+            let is_outside = proven.next().unwrap_or(0);
+            octet.wanted &= !is_outside;
+            octet.inside &= !is_outside;
+            octet.wanted != 0
+        });
     }
 
     /// Fills all wanted bricks and returns the octets that have new ones, each with those. For every threshold a set of

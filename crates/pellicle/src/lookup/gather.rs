@@ -55,6 +55,18 @@ impl Candidates {
         std::array::from_fn(|c| if c < count { &self.columns[c][..self.len] } else { &[][..] })
     }
 
+    /// Axes and columns in whole vectors: what lies behind the last candidate is anything.
+    #[inline(always)]
+    pub(crate) fn padded(&self, count: usize) -> ([&[f32]; 3], [&[f32]; MAX_COLUMNS]) {
+        let len = self.len.next_multiple_of(LANES);
+        let axes = [&self.axes[0][..len], &self.axes[1][..len], &self.axes[2][..len]];
+        let mut columns = [&[][..]; MAX_COLUMNS];
+        for c in 0..count {
+            columns[c] = &self.columns[c][..len];
+        }
+        (axes, columns)
+    }
+
     /// Makes room for `more` candidates and the lanes that a last store spills.
     #[inline(always)]
     fn reserve(&mut self, columns: usize, more: usize) {

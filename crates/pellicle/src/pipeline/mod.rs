@@ -133,13 +133,13 @@ impl Reconstructor {
             value: f64::NAN,
             must: "a vector unit that this machine has; choose Auto",
         })?;
-        let Chosen { field, support, columns } = chosen::choose(params, positions)?;
+        let Chosen { field, sampler, support, columns } = chosen::choose(params, positions)?;
         let lattice = Lattice { spacing: params.spacing(), support };
         let surface = if params.band == Band::Paper { SurfaceBoxes::BYTES_PER_PARTICLE } else { 0 };
         let budget = budget(params.max_memory, positions.len(), columns, surface)?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
-        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
+        Ok(Sorted(Job { from: self, unit, field, sampler, lattice, budget, params, positions, attributes, control }))
     }
 
     fn wall_lattice(&self, spacing: f64) -> Option<WallLattice> {
@@ -185,6 +185,7 @@ struct Job<'a> {
     from: &'a mut Reconstructor,
     unit: Unit,
     field: Box<dyn AnyField>,
+    sampler: Option<Box<dyn AnyField>>,
     lattice: Lattice,
     budget: Budget,
     params: &'a Params,
@@ -212,7 +213,10 @@ impl<'a> Sorted<'a> {
         job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
         if let Some(lattice) = job.from.wall_lattice(job.lattice.spacing) {
-            job.field = Box::new(Walled { field: job.field, lattice, support: job.lattice.support });
+            let support = job.lattice.support;
+            let walled = |field, lattice| Box::new(Walled { field, lattice, support }) as Box<dyn AnyField>;
+            job.sampler = job.sampler.map(|field| walled(field, lattice.clone()));
+            job.field = walled(job.field, lattice);
         }
         Ok(Weighed(job))
     }
@@ -263,7 +267,8 @@ impl<'a> Weighed<'a> {
         };
         let columns = &chosen::slices(columns);
         let source = Source { unit: job.unit, field: &*job.field, cells, columns, control: job.control };
-        band.find(&source, job.lattice.step(), look, job.budget)?;
+        let sampler = Source { field: job.sampler.as_deref().unwrap_or(&*job.field), ..source };
+        band.find(&source, &sampler, job.lattice.step(), look, job.budget)?;
         Ok(Sampled(job))
     }
 }
