@@ -169,8 +169,15 @@ fn box_in_brick(nodes: &Nodes, first: Coord) -> u64 {
         (0..i64::from(BRICK)).fold(0, |bits, n| bits | u64::from(low <= n && n <= high) << n)
     };
     let (x, y, z) = (along(0), along(1), along(2));
-    let row = x * (y & 1) | (x * (y >> 1 & 1)) << 4 | (x * (y >> 2 & 1)) << 8 | (x * (y >> 3 & 1)) << 12;
-    row * (z & 1) | (row * (z >> 1 & 1)) << 16 | (row * (z >> 2 & 1)) << 32 | (row * (z >> 3 & 1)) << 48
+    let mut row = 0;
+    for n in 0..4 {
+        row |= (x * (y >> n & 1)) << (4 * n);
+    }
+    let mut all = 0;
+    for n in 0..4 {
+        all |= (row * (z >> n & 1)) << (16 * n);
+    }
+    all
 }
 
 /// The edges along `axis` that one of the four cells around them has. `below` are the cells of the brick and of those below it:
