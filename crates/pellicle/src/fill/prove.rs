@@ -192,7 +192,7 @@ mod tests {
         let jitter = |i: i32| f64::from(i.wrapping_mul(1_103_515_245).wrapping_add(12_345) >> 8 & 0xffff) / 65536.0;
         let mut positions = Vec::new();
         for i in 0..12 * 12 * 12 {
-            let at = [i % 12, i / 12 % 12, i / 144];
+            let at: [i32; 3] = [i % 12, i / 12 % 12, i / 144];
             let bay = (at[0] - 5).pow(2) + (at[1] - 5).pow(2) < 12 && at[2] > 2;
             let splash = at[2] > 8 && i % 11 == 0;
             if (at[2] < 6 && !bay) || splash {
