@@ -22,7 +22,7 @@ type Run = fn(&[String]) -> Result<(), String>;
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
     ("convergence", "", convergence::run),
-    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("tetrahedra", "[--json] [--of NAME] [--scan FILE ISO]", tetrahedra::run),
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
