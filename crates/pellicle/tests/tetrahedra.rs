@@ -204,12 +204,7 @@ fn particles_by_tetrahedra_are_closed_with_the_cubes_volume_normals_and_attribut
     let cubes = Report::of(&cubes.to_mesh().expect("good"));
     for split in Tetrahedra::ALL {
         let sampled = reconstructor.sort((&positions).into(), &attributes, &params, &control).expect("good");
-        let made = sampled.weigh().expect("good").sample().expect("good").tetrahedra(split);
-        if !matches!(split, Tetrahedra::Five | Tetrahedra::Six) {
-            assert!(matches!(made, Err(Error::Parameter { .. })));
-            continue;
-        }
-        let (mesh, stats) = made.expect("good");
+        let (mesh, stats) = sampled.weigh().expect("good").sample().expect("good").tetrahedra(split).expect("good");
         assert_eq!((stats.particles, stats.vertices), (600, mesh.vertices.len() as u64));
         let report = Report::of(&mesh);
         assert!(report.closed_manifold() && report.unused_vertices == 0, "{split:?} {report:?}");
@@ -219,5 +214,49 @@ fn particles_by_tetrahedra_are_closed_with_the_cubes_volume_normals_and_attribut
             assert!((n.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-4);
             assert!((f64::from(height) - v[2]).abs() < 0.12, "{v:?} {height}");
         }
+    }
+}
+
+/// The band must not show: particles with holes, thin parts and loners, on a coarse lattice.
+#[test]
+fn particles_by_tetrahedra_are_the_same_from_the_band_and_from_everywhere() {
+    use pellicle::{Band, MetaballKernel, MetaballParams, Params, Reconstructor, ScalarField, ZhuBridsonParams};
+    let positions: Vec<[f32; 3]> = (0..900u32)
+        .map(|i| [2654435761u32, 2246822519, 3266489917].map(|m| (i.wrapping_mul(m) >> 16) as f32 / 65536.0 * 1.3))
+        .collect();
+    let mut reconstructor = Reconstructor::new();
+    let mut of = |split, params: &Params| {
+        let control = Control::default();
+        let sampled = reconstructor.sort((&positions).into(), &[], params, &control).expect("good");
+        let sampled = sampled.weigh().expect("good").sample().expect("good");
+        let (mesh, _) = sampled.tetrahedra(split).expect("good");
+        (Report::of(&mesh), mesh)
+    };
+    let zhu_bridson = ScalarField::ZhuBridson(ZhuBridsonParams::default());
+    let metaball = ScalarField::Metaball(MetaballParams { kernel: MetaballKernel::InverseSquare { radius: 0.5 } });
+    for field in [ScalarField::Sph, zhu_bridson, metaball] {
+        let mut topology = Vec::new();
+        for split in [Tetrahedra::BodyCentred, Tetrahedra::Simplex, Tetrahedra::Regularised] {
+            let params = Params::with_field(0.04, field);
+            let (report, mesh) = of(split, &params);
+            assert!(report.closed_manifold() && report.triangles > 1000, "{split:?} {report:?}");
+            let (_, everywhere) = of(split, &Params { band: Band::Full, ..params });
+            let sorted = |mesh: &Mesh| {
+                let mut all: Vec<[u32; 9]> = mesh
+                    .triangles
+                    .iter()
+                    .map(|t| {
+                        let corners = t.map(|v| mesh.vertices[v as usize].map(f32::to_bits)).concat();
+                        std::array::from_fn(|i| corners[i])
+                    })
+                    .collect();
+                all.sort_unstable();
+                all
+            };
+            assert_eq!(mesh.origin, everywhere.origin);
+            assert!(sorted(&mesh) == sorted(&everywhere), "{split:?}: another surface");
+            topology.push((report.euler_characteristic, report.components));
+        }
+        assert!(topology.iter().all(|t| *t == topology[0]), "{topology:?}");
     }
 }
