@@ -18,7 +18,7 @@ use super::{
     count::{GROUP, NONE, Signs},
     crossing::{Crossing, refine},
     source::{ABSENT, Source},
-    star::{ALL, NEIGHBOURS, STEPS, is_connected, neighbour_at, piece, step},
+    star::{ALL, BLOCK, IN_BLOCK, NEIGHBOURS, SIDE, STEPS, block_index, is_connected, neighbour_at, piece, step},
 };
 use crate::{Control, math::bits::ones};
 
@@ -102,34 +102,44 @@ fn is_mixed(source: &dyn Source, signs: &Signs<2>, brick: usize) -> bool {
     any != 0 && all != u64::MAX
 }
 
-/// Nodes along an axis that a brick's nodes and their neighbours take, from one below.
-const SIDE: usize = 6;
-const BLOCK: usize = SIDE * SIDE * SIDE;
+/// Signs of a brick's nodes and their neighbours, as [`SIDE`] has them: 0 outside, 1 inside, [`UNKNOWN`] where there is no
+/// brick. There all is of the sign of what touches it.
+fn sign_blocks(signs: &Signs<2>, around: &[Option<usize>; 27]) -> [[u8; BLOCK]; 2] {
+    let mut blocks = [[UNKNOWN; BLOCK]; 2];
+    for n in 0..BLOCK {
+        let (index, cell) = locate([n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)].map(|v| v as i32 - 1));
+        if let Some(brick) = around[index] {
+            for site in 0..2 {
+                blocks[site][n] = (signs.inside[brick][site] >> cell & 1) as u8;
+            }
+        }
+    }
+    blocks
+}
+
+const UNKNOWN: u8 = 2;
 
 fn clusters_of(source: &dyn Source, signs: &Signs<2>, brick: usize, blocks: &mut [[f64; BLOCK]; 2]) -> (Masks, Places) {
+    let (mut masks, mut nodes, mut clusters, mut crossings) = ([[0; 64]; 2], [0; 2], Vec::new(), Vec::new());
+    let (first, signs) = (source.first(brick), sign_blocks(signs, &around(source, brick)));
+    let is_any = |sign: u8| signs.iter().flatten().any(|&s| s == sign);
+    if !(is_any(0) && is_any(1)) {
+        return (masks, (nodes, Vec::new()));
+    }
     for (site, block) in blocks.iter_mut().enumerate() {
         source.values(brick, site, -1, SIDE, block);
     }
-    let (first, around) = (source.first(brick), around(source, brick));
-    let value = |site: usize, at: [i32; 3]| {
-        let [x, y, z] = at.map(|v| (v + 1) as usize);
-        blocks[site][x + SIDE * (y + SIDE * z)]
-    };
-    let (mut masks, mut nodes, mut clusters, mut crossings) = ([[0; 64]; 2], [0; 2], Vec::new(), Vec::new());
     for site in 0..2 {
         for cell in 0..64 {
             let at = cell_at(cell);
             let world = std::array::from_fn(|a| first[a] + at[a]);
-            let is_inside = signs.inside[brick][site] >> cell & 1 == 1;
-            let (mut own, mut other) = (Own { value: value(site, at), values: [0.0; NEIGHBOURS] }, 0);
-            for k in 0..NEIGHBOURS {
-                let (site, d) = step(site, k);
-                let there = [at[0] + d[0], at[1] + d[1], at[2] + d[2]];
-                own.values[k] = value(site, there);
-                let (index, cell) = locate(there);
-                // Where there is no brick all is of the sign of what touches it.
-                let is_other = around[index].is_some_and(|b| (signs.inside[b][site] >> cell & 1 == 1) != is_inside);
-                other |= u32::from(is_other) << k;
+            let index = block_index(at);
+            let (mut own, mut other) = (Own { value: blocks[site][index], values: [0.0; NEIGHBOURS] }, 0);
+            for (k, (site_there, further)) in IN_BLOCK[site].into_iter().enumerate() {
+                let there = index.wrapping_add_signed(further);
+                own.values[k] = blocks[site_there][there];
+                // 0 and 1 make 1; nothing is the other of what is not known.
+                other |= u32::from(signs[site][index] ^ signs[site_there][there] == 1) << k;
             }
             if other != 0
                 && source.is_inner(site, world)

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 use super::{
     source::{ABSENT, Presence, Source},
-    star::{NEIGHBOURS, step},
+    star::{BLOCK, IN_BLOCK, SIDE, block_index},
 };
 use crate::{
     bricks::store::{Octet, Store},
@@ -90,16 +90,26 @@ impl<'a> Filled<'a> {
             return found;
         }
         let first = self.first(brick);
+        let mut seen = [[Seen::default(); BLOCK]; 2];
+        for n in 0..BLOCK {
+            let at = [n % SIDE, n / SIDE % SIDE, n / (SIDE * SIDE)];
+            for (site, seen) in seen.iter_mut().enumerate() {
+                seen[n] = Seen::of(&corners, site, at);
+            }
+        }
         for n in 0..128 {
             let (site, at) = (n / 64, [n & 3, n >> 2 & 3, n >> 4 & 3].map(|v| v as i32));
-            let around: [Seen; NEIGHBOURS] = std::array::from_fn(|k| {
-                let (site, d) = step(site, k);
-                Seen::of(&corners, site, [at[0] + d[0], at[1] + d[1], at[2] + d[2]])
-            });
-            let Some(sign) = Seen::of(&corners, site, at).is_inside else { continue };
-            if around.iter().any(|seen| seen.is_inside == Some(!sign)) {
-                for corner in around.iter().flat_map(|seen| seen.unknown()) {
-                    found.push(std::array::from_fn(|a| (first[a] + corner[a]).div_euclid(4)));
+            let index = block_index(at);
+            let Some(sign) = seen[site][index].is_inside else { continue };
+            let around = IN_BLOCK[site].map(|(site, further)| (site, index.wrapping_add_signed(further)));
+            if around.iter().all(|&(site, there)| seen[site][there].is_inside != Some(!sign)) {
+                continue;
+            }
+            for (site, there) in around {
+                let low = [there % SIDE, there / SIDE % SIDE, there / (SIDE * SIDE)].map(|v| v as i32 - 1);
+                for c in ones(seen[site][there].unknown.into()) {
+                    let d = [c & 1, c >> 1 & 1, c >> 2].map(|v| v as i32);
+                    found.push(std::array::from_fn(|a| (first[a] + low[a] + d[a]).div_euclid(4)));
                 }
             }
         }
@@ -110,39 +120,37 @@ impl<'a> Filled<'a> {
 /// Corners along an axis that a brick's nodes, their neighbours and the cells of these take, from one below.
 const WIDE: usize = 7;
 
-/// A node, as far as it is known.
+/// A node, as far as it is known: a corner, or a cell's middle that stands for its corners.
+#[derive(Clone, Copy, Default)]
 struct Seen {
-    /// The corners that it stands for, one or a cell's, counted from a brick's first.
-    site: usize,
-    at: [i32; 3],
-    /// Those of them that have no value.
+    /// The corners that have no value.
     unknown: u8,
     /// Its sign; that of any of its corners where others have no value. `None` where none has.
     is_inside: Option<bool>,
 }
 
 impl Seen {
-    fn of(corners: &[f64; WIDE * WIDE * WIDE], site: usize, at: [i32; 3]) -> Self {
-        let mut values = [ABSENT; 8];
-        for (c, to) in values.iter_mut().enumerate().take(1 << (3 * site)) {
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|a| (at[a] + 1 + (c as i32 >> a & 1)) as usize);
-            *to = corners[x + WIDE * (y + WIDE * z)];
+    /// The node of a site at a place counted from one below a brick's first.
+    fn of(corners: &[f64; WIDE * WIDE * WIDE], site: usize, at: [usize; 3]) -> Self {
+        let corner = |c: usize| corners[at[0] + (c & 1) + WIDE * (at[1] + (c >> 1 & 1) + WIDE * (at[2] + (c >> 2)))];
+        if site == 0 {
+            let is_known = corner(0) != ABSENT;
+            return Self { unknown: u8::from(!is_known), is_inside: is_known.then_some(corner(0) > 0.0) };
         }
-        let unknown = (0..1 << (3 * site)).fold(0, |set, c| set | u8::from(values[c] == ABSENT) << c);
-        let is_inside = if site == 1 && unknown == 0 {
-            Some(mean(&values) > 0.0)
-        } else {
-            values.iter().find(|&&v| v != ABSENT).map(|&v| v > 0.0)
-        };
-        Self { site, at, unknown, is_inside }
-    }
-
-    /// The corners without a value.
-    fn unknown(&self) -> impl Iterator<Item = [i32; 3]> {
-        ones(self.unknown.into()).map(|c| {
-            let d = [c & 1, c >> 1 & 1, c >> 2].map(|v| v as i32);
-            if self.site == 0 { self.at } else { [self.at[0] + d[0], self.at[1] + d[1], self.at[2] + d[2]] }
-        })
+        let mut of_cell = [0.0; 8];
+        let (mut unknown, mut is_inside) = (0, None);
+        for (c, to) in of_cell.iter_mut().enumerate() {
+            *to = corner(c);
+            if *to == ABSENT {
+                unknown |= 1 << c;
+            } else {
+                is_inside = Some(*to > 0.0);
+            }
+        }
+        if unknown == 0 {
+            is_inside = Some(mean(&of_cell) > 0.0);
+        }
+        Self { unknown, is_inside }
     }
 }
 

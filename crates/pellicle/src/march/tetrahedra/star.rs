@@ -84,6 +84,33 @@ pub(super) static DIRECTIONS: [[u8; NEIGHBOURS + 1]; NEIGHBOURS + 1] = {
 /// No direction.
 const APART: u8 = u8::MAX;
 
+/// Nodes along an axis that a brick's nodes and their neighbours take, from one below.
+pub(super) const SIDE: usize = 6;
+/// Nodes of one site in such a block.
+pub(super) const BLOCK: usize = SIDE * SIDE * SIDE;
+
+/// The place in a block of the node that lies so many cells from a brick's first.
+#[inline(always)]
+pub(super) const fn block_index([x, y, z]: [i32; 3]) -> usize {
+    (x + 1) as usize + SIDE * ((y + 1) as usize + SIDE * (z + 1) as usize)
+}
+
+/// From a node of each site to each neighbour: its site, and how much further it stands in a block.
+pub(super) static IN_BLOCK: [[(usize, isize); NEIGHBOURS]; 2] = {
+    let mut table = [[(0, 0); NEIGHBOURS]; 2];
+    let mut site = 0;
+    while site < 2 {
+        let mut k = 0;
+        while k < NEIGHBOURS {
+            let (other, [x, y, z]) = step(site, k);
+            table[site][k] = (other, x as isize + SIDE as isize * (y as isize + SIDE as isize * z as isize));
+            k += 1;
+        }
+        site += 1;
+    }
+    table
+};
+
 /// For each neighbour, those of the others that are its neighbours, too.
 const ADJACENT: [u32; NEIGHBOURS] = {
     let mut table = [0; NEIGHBOURS];
@@ -189,6 +216,17 @@ mod tests {
                 let (other, d) = step(site, k);
                 let (back, e) = step(other, opposed(k));
                 assert_eq!((back, [0, 1, 2].map(|a| d[a] + e[a])), (site, [0; 3]));
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_is_walked_as_the_lattice_is() {
+        for site in 0..2 {
+            for k in 0..NEIGHBOURS {
+                let (other, [x, y, z]) = step(site, k);
+                let there = block_index([2 + x, 3 + y, z]);
+                assert_eq!((other, there as isize - block_index([2, 3, 0]) as isize), IN_BLOCK[site][k]);
             }
         }
     }
