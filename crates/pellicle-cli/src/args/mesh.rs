@@ -104,7 +104,7 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
     pub band: BandArg,
-    /// How cells become triangles: cubes, tetra5, tetra6, bcc, simplex, regularised
+    /// Cut as tetra5, tetra6, bcc, simplex, regularised
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
     pub method: CellArg,
 }
