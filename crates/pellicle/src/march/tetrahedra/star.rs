@@ -141,7 +141,7 @@ pub(super) static AROUND: [[[u8; 4]; TETRAHEDRA]; 2] = {
         let (mut found, mut from) = (0, 0);
         // Tetrahedra of the node's cell and of the seven below it.
         while from < 8 {
-            let below = [(from & 1) as i32, (from >> 1 & 1) as i32, (from >> 2) as i32];
+            let below = [from & 1, from >> 1 & 1, from >> 2];
             let mut t = 0;
             while t < BCC.tetrahedra[0].len() {
                 if let Some(members) = members(site, below, &BCC.tetrahedra[0][t].corners) {
