@@ -25,7 +25,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("akinci-2012", "[--json] [--search] [--quick] [--threads N] [--large FILE RADIUS]", akinci::run),
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
     ("convergence", "", convergence::run),
-    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("tetrahedra", "[--json] [--of NAME] [--scan FILE ISO]", tetrahedra::run),
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),

@@ -66,7 +66,7 @@ pub use field::function::{Domain, Function, Warp};
 pub use field::noise::{Noise, Turbulent};
 pub use field::surface_particles::surface_particles;
 pub use field::volume::{Border, Samples, Volume};
-pub use field::warp::{Projection, View};
+pub use field::warp::{Depth, Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
 pub use mesh::{Mesh, QuadMesh, VertexAttribute};
