@@ -147,11 +147,12 @@ impl Band {
             }
             self.fine.fill(source, step, &[source.field.iso()], None, self.has_values, &mut self.done);
             source.control.check()?;
-            if !matches!(look, Look::Near(_)) {
+            // Where only what is marked takes part, nothing is followed beyond it.
+            if self.marks.is_empty() {
                 self.want_disagreeing(multiple);
             }
         }
-        if let Look::Near(_) = look {
+        if !self.marks.is_empty() {
             self.marks.close(&self.fine);
         }
         Ok(())

@@ -59,6 +59,11 @@ impl Marks {
         self.of.clear();
     }
 
+    /// Whether nothing is marked, so that everything may take part.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
     /// Marks the nodes of boxes and wants the bricks that hold one.
     ///
     /// # Errors
