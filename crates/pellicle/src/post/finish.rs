@@ -10,7 +10,10 @@ use super::{
     smooth::{self, Smoothing},
     snap,
 };
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
+use crate::{
+    Control, Error, Mesh,
+    mesh::{rings::Rings, stars::Stars},
+};
 
 /// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -39,15 +42,15 @@ impl Finish {
         *self == Self::default()
     }
 
-    /// Bytes needed besides the mesh, at the most: stars, positions twice, and the mesh again where vertices are merged.
+    /// Bytes needed besides the mesh, at the most: stars, neighbors, positions twice, and the mesh again where vertices are merged.
     pub fn memory(&self, mesh: &Mesh) -> u64 {
         let (v, t) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64);
         let values: u64 = mesh.attributes.iter().map(|a| a.components as u64).sum();
         let copy = (12 + 12 * u64::from(!mesh.normals.is_empty()) + 4 * values) * v + 12 * t;
-        let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
+        let again = if self.snap || self.keep != Keep::default() { copy + 26 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
-        8 * v + 24 * t + (32 * v).max(again).max(fewer)
+        8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer)
     }
 
     fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
@@ -102,9 +105,10 @@ impl Finish {
         if self.smoothing.is_some() || normals.is_some() && self.decimate.is_none() {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
         }
+        let rings = Rings::of(&stars);
         if let Some(smoothing) = &self.smoothing {
             let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
-            smooth::with_stars(mesh, &stars, weights.as_deref(), smoothing, control)?;
+            smooth::with_stars(mesh, &stars, &rings, weights.as_deref(), smoothing, control)?;
         }
         if let Some(target) = self.decimate {
             // Stale normals are made again below: they need not travel.
@@ -117,7 +121,7 @@ impl Finish {
             }
         }
         if let Some(iterations) = normals {
-            normals::with_stars(mesh, &stars, iterations, control)?;
+            normals::with_stars(mesh, &stars, &rings, iterations, control)?;
         }
         Ok(dropped)
     }

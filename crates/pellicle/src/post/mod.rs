@@ -9,6 +9,7 @@
 pub mod components;
 pub mod decimate;
 mod finish;
+mod flip;
 pub mod largest;
 pub mod normals;
 mod rebuild;

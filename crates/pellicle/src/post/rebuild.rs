@@ -4,19 +4,26 @@
 
 use rayon::prelude::*;
 
+use super::flip::Flips;
 use crate::{Mesh, VertexAttribute};
 
 /// No vertex: what it was is dropped.
 pub(super) const NONE: u32 = u32::MAX;
 
+/// Groups handled by one task, at least.
+const CHUNK: usize = 1 << 12;
+
 /// Merges vertices: those with the same `target`, which is the lowest of them, become one in their middle, and what they
 /// carry becomes its mean; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
 /// What is left keeps its order.
 pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
-    let groups = Groups::of(target);
+    merge_and_turn(mesh, target, &Groups::of(target), &Flips::default())
+}
+
+/// The same, with edges turned on the way.
+pub(super) fn merge_and_turn(mesh: &Mesh, target: &[u32], groups: &Groups, flips: &Flips) -> Mesh {
     let mean = |values: &[f32], components: usize| groups.mean(values, components);
-    let triples = |values: &[[f32; 3]]| mean(values.as_flattened(), 3).as_chunks().0.to_vec();
-    let mut normals: Vec<[f32; 3]> = if mesh.normals.is_empty() { Vec::new() } else { triples(&mesh.normals) };
+    let mut normals = if mesh.normals.is_empty() { Vec::new() } else { groups.mean_of_triples(&mesh.normals) };
     normals.par_iter_mut().for_each(|n| {
         let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
         if length > 0.0 {
@@ -25,9 +32,14 @@ pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
     });
     Mesh {
         origin: mesh.origin,
-        vertices: triples(&mesh.vertices),
+        vertices: groups.mean_of_triples(&mesh.vertices),
         normals,
-        triangles: mesh.triangles.par_iter().filter_map(|t| groups.triangle(target, *t)).collect(),
+        triangles: mesh
+            .triangles
+            .par_iter()
+            .with_min_len(CHUNK)
+            .filter_map(|t| groups.triangle(target, flips, *t))
+            .collect(),
         attributes: mesh
             .attributes
             .iter()
@@ -89,6 +101,12 @@ impl Groups {
         &self.members[self.start[group] as usize..self.start[group + 1] as usize]
     }
 
+    /// The number of the group whose lowest member is given.
+    #[inline(always)]
+    pub(super) fn number_of(&self, lowest: u32) -> usize {
+        self.number[lowest as usize] as usize
+    }
+
     /// The members of the group whose lowest is given; `None` if it is no group's.
     #[inline(always)]
     pub(super) fn members_with(&self, lowest: u32) -> Option<&[u32]> {
@@ -96,9 +114,26 @@ impl Groups {
         (group != NONE).then(|| self.members(group as usize))
     }
 
+    fn mean_of_triples(&self, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let of_group = |g| {
+            let members = self.members(g);
+            let mut sum = values[members[0] as usize].map(f64::from);
+            if members.len() == 1 {
+                return values[members[0] as usize];
+            }
+            for &v in &members[1..] {
+                for a in 0..3 {
+                    sum[a] += f64::from(values[v as usize][a]);
+                }
+            }
+            sum.map(|x| (x / members.len() as f64) as f32)
+        };
+        (0..self.len()).into_par_iter().with_min_len(CHUNK).map(of_group).collect()
+    }
+
     fn mean(&self, values: &[f32], components: usize) -> Vec<f32> {
         let mut to = vec![0.0; self.len() * components];
-        to.par_chunks_mut(components.max(1)).enumerate().for_each(|(g, to)| {
+        to.par_chunks_mut(components.max(1)).with_min_len(CHUNK).enumerate().for_each(|(g, to)| {
             let members = self.members(g);
             if let [one] = members {
                 to.copy_from_slice(&values[*one as usize * components..][..components]);
@@ -113,9 +148,9 @@ impl Groups {
     }
 
     #[inline(always)]
-    fn triangle(&self, target: &[u32], t: [u32; 3]) -> Option<[u32; 3]> {
+    fn triangle(&self, target: &[u32], flips: &Flips, t: [u32; 3]) -> Option<[u32; 3]> {
         let [a, b, c] = t.map(|v| target[v as usize]);
         let is_left = a != b && b != c && c != a && a != NONE && b != NONE && c != NONE;
-        is_left.then(|| [a, b, c].map(|t| self.number[t as usize]))
+        is_left.then(|| flips.turned([a, b, c]).map(|t| self.number[t as usize]))
     }
 }
