@@ -4,6 +4,7 @@ mod contour;
 mod convergence;
 mod draw_order;
 mod fields;
+mod flicker;
 mod rivals;
 mod rosenberg;
 mod sinks;
@@ -26,6 +27,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
+    ("flicker", "[--json]", flicker::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
     ("surface-nets", "FILE TYPE NX NY NZ ISO REPEATS", surface_nets::run),
