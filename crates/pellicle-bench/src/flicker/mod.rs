@@ -31,6 +31,7 @@ mod carry;
 mod sequences;
 
 use pellicle::mesh::Comparison;
+use pellicle::post::snap::Nodes;
 use pellicle::post::{Finish, normals};
 use pellicle::{Attribute, Control, Mesh, Params, Reconstructor, ScalarField, crowding};
 
@@ -125,7 +126,7 @@ fn surface(
     let mut mesh = reconstructor.extract(frame.into(), &attributes, params, &control)?.to_mesh()?;
     if smooth {
         let weights = mesh.attributes.pop().map(|attribute| attribute.values);
-        Finish::good_looking().apply(&mut mesh, params.spacing(), weights.as_deref(), &control)?;
+        Finish::good_looking().apply(&mut mesh, &Nodes::cubic(params.spacing()), weights.as_deref(), &control)?;
     }
     Ok(mesh)
 }

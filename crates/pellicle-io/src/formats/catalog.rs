@@ -6,7 +6,7 @@ use std::path::Path;
 use pellicle::Mesh;
 
 use crate::error::Error;
-use crate::meshes::{self, WriteOptions};
+use crate::meshes::{self, Faces, WriteOptions};
 use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
 use crate::volumes::{self, VolumeFile, VolumeOptions};
@@ -66,6 +66,7 @@ pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<
 pub(crate) type OpenVolume = fn(&Path, &VolumeOptions) -> Result<VolumeFile, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
 pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
+pub(crate) type WriteQuads = fn(&Path, Faces<'_>, &WriteOptions) -> Result<Written, Error>;
 
 /// A line of the table.
 #[derive(Debug)]
@@ -78,6 +79,8 @@ pub(crate) struct Row {
     pub(crate) write_particles: Option<WriteParticles>,
     pub(crate) read_mesh: Option<ReadMesh>,
     pub(crate) write_mesh: Option<WriteMesh>,
+    /// For quads beside triangles.
+    pub(crate) write_quads: Option<WriteQuads>,
     pub(crate) open_volume: Option<OpenVolume>,
 }
 
@@ -90,6 +93,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_ply::write),
         read_mesh: Some(meshes::read_ply::read),
         write_mesh: Some(meshes::write_ply::write),
+        write_quads: Some(meshes::write_ply::write_faces),
         open_volume: None,
     },
     Row {
@@ -100,6 +104,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_bgeo::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -110,6 +115,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtk::write_particles),
         read_mesh: Some(meshes::read_vtk::read),
         write_mesh: Some(meshes::write_vtk::write),
+        write_quads: Some(meshes::write_vtk::write_faces),
         open_volume: Some(volumes::vtk::open),
     },
     Row {
@@ -120,6 +126,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtu_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtu),
+        write_quads: Some(meshes::write_vtkxml::write_vtu_faces),
         open_volume: None,
     },
     Row {
@@ -130,6 +137,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtp_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtp),
+        write_quads: Some(meshes::write_vtkxml::write_vtp_faces),
         open_volume: None,
     },
     Row {
@@ -140,6 +148,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -150,6 +159,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::raw::open_untold),
     },
     Row {
@@ -160,6 +170,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_text_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -170,6 +181,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -180,6 +192,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_csv::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -190,6 +203,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_npy::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::npy::open),
     },
     Row {
@@ -200,6 +214,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_npz::write_particles),
         read_mesh: None,
         write_mesh: Some(meshes::write_npz::write),
+        write_quads: None,
         open_volume: Some(volumes::npz::open),
     },
     Row {
@@ -210,6 +225,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_json::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -220,6 +236,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -230,6 +247,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -240,6 +258,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_obj::read),
         write_mesh: Some(meshes::write_obj::write),
+        write_quads: Some(meshes::write_obj::write_faces),
         open_volume: None,
     },
     Row {
@@ -250,6 +269,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_stl::read),
         write_mesh: Some(meshes::write_stl::write),
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -260,6 +280,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_glb::read),
         write_mesh: Some(meshes::write_glb::write),
+        write_quads: None,
         open_volume: None,
     },
     Row {
@@ -270,6 +291,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::vti::open),
     },
     Row {
@@ -280,6 +302,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::mha::open),
     },
     Row {
@@ -290,6 +313,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::nrrd::open),
     },
     Row {
@@ -300,6 +324,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::nifti::open),
     },
 ];
@@ -321,6 +346,8 @@ pub struct FormatInfo {
     pub reads_meshes: bool,
     /// Whether [`write_mesh`](crate::write_mesh) writes it.
     pub writes_meshes: bool,
+    /// Whether [`write_quad_mesh`](crate::write_quad_mesh) does.
+    pub writes_quads: bool,
     /// Whether [`open_volume`](crate::open_volume) reads it.
     pub reads_volumes: bool,
 }
@@ -335,6 +362,7 @@ pub fn formats() -> impl Iterator<Item = FormatInfo> {
         writes_particles: row.write_particles.is_some(),
         reads_meshes: row.read_mesh.is_some(),
         writes_meshes: row.write_mesh.is_some(),
+        writes_quads: row.write_quads.is_some(),
         reads_volumes: row.open_volume.is_some(),
     })
 }

@@ -27,6 +27,7 @@ const BLOCK: usize = 1 << 11;
 const MANY: usize = 16;
 
 /// See the module.
+#[derive(Default)]
 pub(crate) struct Rings {
     order: Vec<u32>,
     blocks: Vec<Block>,

@@ -1,17 +1,19 @@
-//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, normals last.
+//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, then fewer
+//! triangles and normals; cuts come last, so that nothing bends what they made flat.
 //!
 //! Source: the order is splashsurf's, Löschner et al. 2023, section 5.
 
 use super::{
     check,
+    clamp::{self, clamp},
     components::{Dropped, Keep, keep},
     decimate::{self, decimate},
     normals,
     smooth::{self, Smoothing},
-    snap,
+    snap::{self, Nodes},
 };
 use crate::{
-    Control, Error, Mesh,
+    Control, Error, Mesh, VertexAttribute,
     mesh::{rings::Rings, stars::Stars},
 };
 
@@ -29,6 +31,8 @@ pub struct Finish {
     /// Normals from the triangles, averaged so many times. Default: those that the mesh has, unless it is smoothed, when
     /// those no longer fit and 0 is taken.
     pub normals: Option<usize>,
+    /// The box that the surface is cut at, last of all, so that its faces are flat. Default: none.
+    pub clamp: Option<clamp::Bounds>,
 }
 
 impl Finish {
@@ -50,28 +54,31 @@ impl Finish {
         let again = if self.snap || self.keep != Keep::default() { copy + 26 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
-        8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer)
+        // Heights, pieces of triangles, and the mesh that is left.
+        let cut = if self.clamp.is_some() { 2 * copy + 12 * v + 40 * t } else { 0 };
+        8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer).max(cut)
     }
 
-    fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
+    fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {
         if let Some(values) = crowding.filter(|values| values.len() != mesh.vertices.len()) {
             return Err(Error::Length { what: "crowding".into(), found: values.len(), expected: mesh.vertices.len() });
         }
         if self.snap {
-            snap::check_spacing(spacing)?;
+            nodes.per_unit()?;
         }
         self.decimate.map_or(Ok(()), |target| target.check())?;
+        self.clamp.map_or(Ok(()), |bounds| bounds.check())?;
         self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
     }
 
-    /// Does it all. `spacing` is the lattice's; `crowding` is how crowded the particles are around each vertex, or `None`
+    /// Does it all. `nodes` are those of the lattice that the mesh was made on; `crowding` is how crowded the particles are around each vertex, or `None`
     /// to smooth everywhere alike.
     ///
     /// ```
-    /// # use pellicle::{Control, Params, post::Finish};
+    /// # use pellicle::{Control, Params, post::{Finish, snap::Nodes}};
     /// let params = Params::new(0.025);
     /// let mut mesh = pellicle::reconstruct(&[[0.0f32; 3], [0.05, 0.0, 0.0]], &params)?;
-    /// Finish::good_looking().apply(&mut mesh, params.spacing(), None, &Control::default())?;
+    /// Finish::good_looking().apply(&mut mesh, &Nodes::cubic(params.spacing()), None, &Control::default())?;
     /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
     /// # Ok::<(), pellicle::Error>(())
     /// ```
@@ -81,31 +88,32 @@ impl Finish {
     pub fn apply(
         &self,
         mesh: &mut Mesh,
-        spacing: f64,
+        nodes: &Nodes,
         crowding: Option<&[f32]>,
         control: &Control<'_>,
     ) -> Result<Dropped, Error> {
         check(mesh)?;
-        self.check(mesh, spacing, crowding)?;
+        self.check(mesh, nodes, crowding)?;
         // The weights travel with the vertices while these are dropped and merged.
         if let Some(values) = crowding {
             let values = values.to_vec();
-            mesh.attributes.push(crate::VertexAttribute { name: String::new(), components: 1, values });
+            mesh.attributes.push(VertexAttribute::new("", 1, values));
         }
         let dropped = if self.keep == Keep::default() { Dropped::default() } else { keep(mesh, &self.keep, control)? };
         // Stars are large: one set of memory serves all verbs.
         let mut stars = Stars::default();
         if self.snap {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
-            snap::with_stars(mesh, &stars, spacing, control)?;
+            snap::with_stars(mesh, &stars, nodes, control)?;
         }
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
         let normals = self.normals.or(stale.then_some(0));
+        let mut rings = Rings::default();
         if self.smoothing.is_some() || normals.is_some() && self.decimate.is_none() {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            rings = Rings::of(&stars);
         }
-        let rings = Rings::of(&stars);
         if let Some(smoothing) = &self.smoothing {
             let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
             smooth::with_stars(mesh, &stars, &rings, weights.as_deref(), smoothing, control)?;
@@ -118,10 +126,14 @@ impl Finish {
             decimate(mesh, target, control)?;
             if normals.is_some() {
                 stars.rebuild(&mesh.triangles, mesh.vertices.len());
+                rings = Rings::of(&stars);
             }
         }
         if let Some(iterations) = normals {
             normals::with_stars(mesh, &stars, &rings, iterations, control)?;
+        }
+        if let Some(bounds) = &self.clamp {
+            clamp(mesh, bounds, control)?;
         }
         Ok(dropped)
     }
@@ -131,6 +143,33 @@ impl Finish {
 mod tests {
     use super::*;
     use crate::{Attribute, Params, Reconstructor, crowding, mesh::Report};
+
+    #[test]
+    fn each_verb_works_without_the_others_and_normals_are_those_of_the_mesh_that_is_left() {
+        let positions: Vec<[f32; 3]> = (0..216).map(|i| [i % 6, i / 6 % 6, i / 36].map(|v| v as f32 * 0.05)).collect();
+        let params = Params::new(0.025);
+        let mesh = crate::reconstruct(&positions, &params).unwrap();
+        let (decimate, smoothing) = (Some(decimate::Target::Share(0.3)), Some(Smoothing::default()));
+        let nothing = Finish::default();
+        for finish in [
+            Finish { keep: Keep { largest: Some(1), ..Keep::default() }, ..nothing },
+            Finish { snap: true, ..nothing },
+            Finish { smoothing, ..nothing },
+            Finish { decimate, ..nothing },
+            Finish { normals: Some(2), ..nothing },
+            Finish { decimate, normals: Some(2), ..nothing },
+            Finish { decimate, ..Finish::good_looking() },
+        ] {
+            let mut found = mesh.clone();
+            finish.apply(&mut found, &Nodes::cubic(params.spacing()), None, &Control::default()).unwrap();
+            assert!(Report::of(&found).closed_manifold());
+            let mut want = found.clone();
+            if let Some(iterations) = finish.normals {
+                normals::from_triangles(&mut want, iterations, &Control::default()).unwrap();
+            }
+            assert_eq!(found, want, "{finish:?}");
+        }
+    }
 
     #[test]
     fn spray_keeps_its_size_where_weights_are_given() {
@@ -148,7 +187,9 @@ mod tests {
             let mut mesh = mesh.clone();
             let crowding = mesh.attributes.pop().unwrap().values;
             let finish = Finish::good_looking();
-            finish.apply(&mut mesh, params.spacing(), weighted.then_some(&crowding[..]), &control).unwrap();
+            finish
+                .apply(&mut mesh, &Nodes::cubic(params.spacing()), weighted.then_some(&crowding[..]), &control)
+                .unwrap();
             assert!(Report::of(&mesh).closed_manifold() && mesh.normals.len() == mesh.vertices.len());
             assert!(mesh.attributes.is_empty());
             let drops = Keep { min_volume: 0.0, ..Keep::default() };
