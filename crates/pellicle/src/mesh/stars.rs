@@ -115,8 +115,8 @@ fn many_followers(pairs: &[[u32; 2]], mut tell: impl FnMut(usize, usize)) -> boo
     let mut places = rustc_hash::FxHashMap::default();
     places.extend(pairs.iter().enumerate().map(|(i, pair)| (pair[0], i)));
     let distinct = places.len() == pairs.len();
-    let mut follows = |(i, pair): (usize, &[u32; 2])| places.remove(&pair[1]).map(|j| tell(i, j)).is_some();
-    distinct && pairs.iter().enumerate().all(|pair| follows(pair))
+    let follows = |(i, pair): (usize, &[u32; 2])| places.remove(&pair[1]).map(|j| tell(i, j)).is_some();
+    distinct && pairs.iter().enumerate().all(follows)
 }
 
 #[cfg(test)]

@@ -259,6 +259,7 @@ fn is_one_fan(fan: &[[u32; 2]]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rebuild::merge;
     use super::*;
     use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
 
@@ -395,7 +396,7 @@ mod tests {
         let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
         let only_merged = {
             let target = groups(&stars, &nearest_nodes(&mesh, &Nodes::cubic(params.spacing())).unwrap());
-            super::super::rebuild::merge(&mesh, &target)
+            merge(&mesh, &target)
         };
         assert!(off_six(&turned) < 0.8 * off_six(&only_merged), "{} {}", off_six(&turned), off_six(&only_merged));
         assert_eq!(run(3), turned);
