@@ -1,7 +1,6 @@
 //! Fewer triangles: the edges whose loss changes the surface least collapse.
 //!
-//! Every vertex has a quadric, the sum over its triangles of area times squared distance to the triangle's plane; triangles
-//! smaller than the mean count as the mean, or droplets and tips would go first. An edge
+//! Every vertex has a quadric, the sum over its triangles of area times squared distance to the triangle's plane. An edge
 //! collapses to the place where the sum of its two quadrics is least, and that sum is its cost. Work goes in rounds: all edges
 //! whose cost is the least of every edge at their two vertices and at the neighbors of these collapse at once. No two of them
 //! touch each other's triangles, so the outcome is that of one after the other, in any order, and the same bytes for any
@@ -39,7 +38,7 @@ pub enum Target {
     /// At this share of the triangles, from 0 to 1.
     Share(f64),
     /// Before a collapse moves a vertex farther than this from the planes of the triangles that it stands for, in world
-    /// units: root of the mean square by area (small triangles counting as the mean one), the spread along the surface included with a small weight. An estimate, not a
+    /// units: root of the mean square by area, the spread along the surface included with a small weight. An estimate, not a
     /// bound: single points may lie a few times as far from the first surface.
     Error(f64),
 }

@@ -50,15 +50,6 @@ impl Edge {
     }
 }
 
-/// What of a vertex's candidate is to be found again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stale {
-    No,
-    /// Edges to neighbors that changed may be cheaper now.
-    Partly,
-    Wholly,
-}
-
 /// What is kept from round to round.
 pub(super) struct Shrinking {
     quadrics: Vec<Quadric>,
@@ -66,9 +57,7 @@ pub(super) struct Shrinking {
     free: Vec<bool>,
     fans: Fans,
     candidates: Vec<Edge>,
-    stale: Vec<Stale>,
-    /// Vertices that moved or vanished in the last round.
-    changed: Vec<bool>,
+    stale: Vec<bool>,
     max_error: f64,
     /// What each vertex became: itself, or one of a lower number.
     into: Vec<u32>,
@@ -80,14 +69,12 @@ impl Shrinking {
     pub(super) fn new(mesh: &Mesh, max_error: f64) -> Self {
         let n = mesh.vertices.len();
         let stars = Stars::of(&mesh.triangles, n);
-        let least = mean_area(mesh) / 3.0;
-        let of_vertex = |v: usize| quadric(mesh, &stars, v, least);
+        let of_vertex = |v: usize| quadric(mesh, &stars, v);
         Self {
             quadrics: (0..n).into_par_iter().with_min_len(CHUNK).map(of_vertex).collect(),
             free: (0..n).into_par_iter().with_min_len(CHUNK).map(|v| stars.is_closed(v)).collect(),
             candidates: vec![Edge::NONE; n],
-            stale: vec![Stale::Wholly; n],
-            changed: vec![false; n],
+            stale: vec![true; n],
             fans: Fans::of(stars),
             max_error,
             into: (0..n as u32).collect(),
@@ -109,8 +96,7 @@ impl Shrinking {
         chosen.par_sort_unstable();
         let most = (self.triangles - left).div_ceil(2);
         chosen.truncate(most);
-        self.stale.fill(Stale::No);
-        self.changed.fill(false);
+        self.stale.par_iter_mut().for_each(|stale| *stale = false);
         let judge = |edge: &Edge| {
             let (place, _) = self.place(mesh, edge.ends)?;
             self.may_collapse(mesh, edge.ends, place).then_some(place)
@@ -128,23 +114,16 @@ impl Shrinking {
                 self.triangles -= 2;
                 self.into[b] = a as u32;
                 self.candidates[b] = Edge::NONE;
-                self.changed[a] = true;
-                self.changed[b] = true;
                 moved.push(a);
             } else {
                 // What was found before its surroundings changed: it is looked for again.
-                self.stale[a] = Stale::Wholly;
-                self.stale[b] = Stale::Wholly;
+                self.stale[a] = true;
+                self.stale[b] = true;
             }
         }
         for a in moved {
-            self.stale[a] = Stale::Wholly;
-            for corner in self.fans.corners(a) {
-                let stale = &mut self.stale[corner[0] as usize];
-                if *stale == Stale::No {
-                    *stale = Stale::Partly;
-                }
-            }
+            self.stale[a] = true;
+            self.fans.corners(a).iter().for_each(|corner| self.stale[corner[0] as usize] = true);
         }
         true
     }
@@ -162,32 +141,9 @@ impl Shrinking {
     fn refresh(&mut self, mesh: &Mesh) {
         let mut candidates = std::mem::take(&mut self.candidates);
         let this = &*self;
-        let stale = candidates.par_iter_mut().with_min_len(CHUNK).enumerate();
-        stale.filter(|(v, _)| this.stale[*v] != Stale::No).for_each_init(Vec::new, |edges, (v, candidate)| {
-            let is_lost = *candidate == Edge::NONE || candidate.ends.iter().any(|&end| this.changed[end as usize]);
-            if is_lost || this.stale[v] == Stale::Wholly {
-                *candidate = this.cheapest(mesh, v, edges);
-            } else {
-                this.compare_changed(mesh, v, candidate);
-            }
-        });
+        let stale = candidates.par_iter_mut().with_min_len(CHUNK).enumerate().filter(|(v, _)| this.stale[*v]);
+        stale.for_each_init(Vec::new, |edges, (v, candidate)| *candidate = this.cheapest(mesh, v, edges));
         self.candidates = candidates;
-    }
-
-    /// Takes the edge to a neighbor that changed where that is cheaper. Whether the candidate may collapse still is asked
-    /// when its turn comes.
-    fn compare_changed(&self, mesh: &Mesh, v: usize, candidate: &mut Edge) {
-        for &[near, _] in self.fans.corners(v) {
-            if !self.changed[near as usize] {
-                continue;
-            }
-            let ends = [near.min(v as u32), near.max(v as u32)];
-            let Some((place, cost)) = self.place(mesh, ends) else { continue };
-            let edge = Edge::new(ends[0], ends[1], cost);
-            if edge < *candidate && self.may_collapse(mesh, ends, place) {
-                *candidate = edge;
-            }
-        }
     }
 
     /// The cheapest edge of a vertex that may collapse.
@@ -299,32 +255,19 @@ impl Shrinking {
     }
 }
 
-/// Mean area of the triangles; 0 where there are none.
-fn mean_area(mesh: &Mesh) -> f64 {
-    let area = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|v| mesh.vertices[v as usize].map(f64::from));
-        0.5 * length(cross(subtract(b, a), subtract(c, a)))
-    };
-    // Chunks of one size, so that the sum does not depend on the number of threads.
-    let sums: Vec<f64> = mesh.triangles.par_chunks(CHUNK).map(|chunk| chunk.iter().map(area).sum()).collect();
-    sums.iter().sum::<f64>() / mesh.triangles.len().max(1) as f64
-}
-
-/// The planes of a vertex's triangles, a third of each one's area but `least` at least, and the line along its normal.
-fn quadric(mesh: &Mesh, stars: &Stars, v: usize, least: f64) -> Quadric {
+/// The planes of a vertex's triangles, a third of each one's area, and the line along its normal.
+fn quadric(mesh: &Mesh, stars: &Stars, v: usize) -> Quadric {
     let here = mesh.vertices[v].map(f64::from);
-    let (mut sum, mut normal, mut sum_of_weights) = (Quadric::default(), [0.0; 3], 0.0);
+    let (mut sum, mut normal, mut area) = (Quadric::default(), [0.0; 3], 0.0);
     for corner in stars.corners(v) {
         let [p, q] = corner.map(|n| subtract(mesh.vertices[n as usize].map(f64::from), here));
         let both = cross(p, q);
         let (n, twice) = unit(both);
-        // What is small is a droplet or a tip as likely as not, and by its area alone would go unseen.
-        let weight = if twice > 0.0 { least.max(twice / 6.0) } else { 0.0 };
-        sum.add(&Quadric::plane(here, n, weight));
+        sum.add(&Quadric::plane(here, n, twice / 6.0));
         normal = add_scaled(normal, both, 1.0);
-        sum_of_weights += weight;
+        area += twice / 6.0;
     }
-    sum.add(&Quadric::line(here, unit(normal).0, LINE * sum_of_weights));
+    sum.add(&Quadric::line(here, unit(normal).0, LINE * area));
     sum
 }
 
