@@ -7,6 +7,7 @@ mod check;
 mod distance;
 mod normals;
 mod quality;
+pub(crate) mod rings;
 pub(crate) mod stars;
 
 pub use check::Report;
