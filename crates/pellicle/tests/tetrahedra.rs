@@ -3,7 +3,7 @@
 
 use pellicle::mesh::{Deviation, Quality, Report};
 use pellicle::{
-    Border, Control, Domain, Error, Mesh, Tetrahedra, TetrahedraParams, Volume, Warp, contour_function,
+    Border, Control, Domain, Error, Mesh, Tetrahedra, TetrahedraParams, Volume, Warp, contour_function_tetrahedra,
     contour_tetrahedra,
 };
 
@@ -15,7 +15,7 @@ fn sphere(p: [f64; 3]) -> f64 {
 
 fn of_function(function: &dyn pellicle::Function, domain: &Domain<'_>, split: Tetrahedra) -> Mesh {
     let params = TetrahedraParams { split, normals: true };
-    contour_function(function, domain, 0.0, &params, &Control::default()).expect("good")
+    contour_function_tetrahedra(function, domain, 0.0, &params, &Control::default()).expect("good")
 }
 
 fn of_volume(volume: &Volume<'_>, iso: f64, split: Tetrahedra) -> Mesh {
@@ -139,7 +139,7 @@ fn what_cannot_be_is_refused_and_what_is_empty_is_empty() {
         assert!(matches!(error, Err(Error::Parameter { name: "iso", .. })));
         let huge = Domain::covering([[0.0; 3], [1e6; 3]], 0.1);
         let params = TetrahedraParams { split, normals: false };
-        let error = contour_function(&sphere, &huge, 0.0, &params, &Control::default());
+        let error = contour_function_tetrahedra(&sphere, &huge, 0.0, &params, &Control::default());
         assert!(matches!(error, Err(Error::Count { .. })), "{error:?}");
     }
     let cancel = pellicle::CancelToken::new();

@@ -10,9 +10,10 @@ mod tetrahedra;
 
 pub use contour::{
     Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+    contour_function,
 };
 pub use surface::{Chunk, Surface};
-pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function_tetrahedra, contour_tetrahedra};
 
 use chosen::{Chosen, Moved};
 

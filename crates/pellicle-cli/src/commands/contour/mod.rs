@@ -108,7 +108,7 @@ impl<'a> Job<'a> {
             keeps_largest: args.surface.largest,
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
-            params: ContourParams { level, normals, lanes: machine::lanes_from_environment()? },
+            params: ContourParams { level, normals, lanes: machine::lanes_from_environment()?, max_memory: None },
             max_memory: args.max_memory,
             console,
         })
