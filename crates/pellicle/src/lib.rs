@@ -75,9 +75,9 @@ pub use params::{
 };
 pub use particles::{Attribute, Carry, Positions, infer_radius};
 pub use pipeline::{
-    Chunk, Contour, ContourParams, ContourPiece, ContourStream, PoolUse, Reconstructor, Sampled, Sorted,
+    Chunk, Contour, ContourParams, ContourPiece, ContourStream, LabelParams, PoolUse, Reconstructor, Sampled, Sorted,
     StreamSample, StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour,
-    contour_function, contour_function_tetrahedra, contour_tetrahedra, reconstruct,
+    contour_function, contour_function_tetrahedra, contour_labels, contour_tetrahedra, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
 pub use sink::pool::VertexPool;

@@ -9,7 +9,7 @@ use pellicle::VertexNormals;
 use super::input::UpArg;
 use super::volume::VolumeArgs;
 use super::{ConfigArgs, FrameArgs, TalkArgs, VerboseArgs};
-use crate::values::{IsoValues, parse_isos, parse_positive, parse_size, parse_threads};
+use crate::values::{IsoValues, Labels, parse_isos, parse_labels, parse_positive, parse_size, parse_threads};
 
 /// `contour IN`.
 #[derive(Debug, Args)]
@@ -84,6 +84,15 @@ pub struct ContourSurfaceArgs {
     /// Value at the surface; of several each has its own file OUT_V
     #[arg(short, long, value_name = "V,...", value_parser = parse_isos, allow_hyphen_values = true)]
     pub iso: Option<IsoValues>,
+    /// In place of an isovalue the surface of each label: all but 0, or those named; each its own file OUT_LABEL
+    #[arg(
+        long,
+        value_name = "all|A,B,...",
+        value_parser = parse_labels,
+        allow_hyphen_values = true,
+        conflicts_with_all = ["iso", "method", "normals"]
+    )]
+    pub labels: Option<Labels>,
     /// Close the surface where the volume ends [default: this]
     #[arg(long, conflicts_with = "open")]
     pub closed: bool,

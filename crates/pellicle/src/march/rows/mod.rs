@@ -214,6 +214,17 @@ impl<T: Scalar> Row<'_, T> {
         if x < self.len { self.samples.get(self.element(x)) } else { None }
     }
 
+    /// The same, unless the mask says that it is absent.
+    #[inline(always)]
+    pub(crate) fn present(&self, i: usize) -> Option<T> {
+        let x = i.wrapping_sub(self.pad);
+        if x >= self.len {
+            return None;
+        }
+        let element = self.element(x);
+        if self.mask.is_some_and(|present| !present[element]) { None } else { Some(self.samples[element]) }
+    }
+
     /// Value of lattice node `i` minus the isovalue: [`ABSENT`] where it is absent, and never further from 0 than that.
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> f64 {
