@@ -304,6 +304,26 @@ def test_vti(pellicle, out):
         assert_ramp(pellicle, path, vtk_affine())
 
 
+@pytest.mark.witness("VTK XML image", "volume in", "vtk", "pieces in files, with ghost levels")
+@pytest.mark.parametrize("cells", [False, True])
+@pytest.mark.parametrize("pieces, ghosts", [(1, 0), (4, 0), (7, 2)])
+def test_pvti(pellicle, out, cells, pieces, ghosts):
+    vtk = pytest.importorskip("vtk")
+    writer = vtk.vtkXMLPImageDataWriter()
+    writer.SetInputData(vtk_image(vtk, {"ramp": flat("i2")}, cells=cells))
+    writer.SetFileName(str(out / "ramp.pvti"))
+    writer.SetNumberOfPieces(pieces)
+    writer.SetStartPiece(0)
+    writer.SetEndPiece(pieces - 1)
+    writer.SetGhostLevel(ghosts)
+    assert writer.Write() == 1
+    assert len(list(out.glob("**/*.vti"))) == pieces
+    assert_ramp(pellicle, out / "ramp.pvti", vtk_affine(cells=cells))
+    first = sorted(out.glob("**/*.vti"))[0]
+    first.unlink()
+    assert_failed(pellicle("contour", out / "ramp.pvti", "--iso", 1), "ramp.pvti", first.name)
+
+
 @pytest.mark.witness("VTK legacy", "volume in", "vtk", "all types, text and binary; points and cells; several arrays")
 def test_legacy_vtk(pellicle, out):
     vtk = pytest.importorskip("vtk")

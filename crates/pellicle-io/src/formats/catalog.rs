@@ -265,7 +265,7 @@ pub(crate) static CATALOG: &[Row] = &[
     Row {
         format: Format::Vti,
         name: "VTK XML image",
-        extensions: &["vti"],
+        extensions: &["vti", "pvti"],
         read_particles: None,
         write_particles: None,
         read_mesh: None,

@@ -157,7 +157,7 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
         let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
         let is_list = has(b"\"Collection") || has(b"\"PUnstructuredGrid") || has(b"\"PPolyData");
-        match (is_list, has(b"\"ImageData")) {
+        match (is_list, has(b"\"ImageData") || has(b"\"PImageData")) {
             (true, _) => Some(Format::Pvd),
             (_, true) => Some(Format::Vti),
             _ => Some(Format::Vtu),

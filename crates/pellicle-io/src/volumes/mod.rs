@@ -14,6 +14,7 @@ pub(crate) mod nifti;
 pub(crate) mod npy;
 pub(crate) mod npz;
 pub(crate) mod nrrd;
+mod pvti;
 pub(crate) mod raw;
 mod samples;
 mod text;
@@ -35,7 +36,7 @@ pub use samples::{SampleType, Samples};
 ///
 /// Read are:
 /// - NumPy arrays (`.npy`) and archives (`.npz`), C and Fortran order, by default as `array[z][y][x]`;
-/// - VTK XML images (`.vti`) and legacy VTK (`.vtk`, `STRUCTURED_POINTS`), in every encoding, data of points and of cells;
+/// - VTK XML images (`.vti`, and `.pvti`, whose pieces are files) and legacy VTK (`.vtk`, `STRUCTURED_POINTS`), in every encoding, data of points and of cells;
 /// - MetaImage (`.mha`, `.mhd` with its data), plain and compressed;
 /// - NRRD (`.nrrd`, `.nhdr` with its data), raw, gzip and text;
 /// - NIfTI-1 and NIfTI-2 (`.nii`, `.nii.gz`, `.hdr` with `.img`), with its affine map and its scaling of values;
