@@ -70,3 +70,34 @@ def test_what_is_no_label_is_told(pellicle, out, foam):
     body = lambda name: (out / name).read_bytes().partition(b"end_header\n")[2]
     assert body("w_13.ply") == body("v_13.ply")
     assert_failed(pellicle("contour", foam, "--labels", "all", "--max-memory", "100K"), "foam.npy", "need")
+
+
+def distance(pellicle, mesh, *options):
+    process = pellicle("check", mesh, "--json", *options)
+    assert_done(process)
+    return json.loads(process.stdout)["field"]
+
+
+def test_the_distance_to_the_field_is_that_of_the_mesh(pellicle, out):
+    z, y, x = np.indices((40, 40, 40))
+    path = out / "ball.npy"
+    np.save(path, (12 - np.sqrt((x - 19.5) ** 2 + (y - 19.5) ** 2 + (z - 19.5) ** 2)).astype("f4"))
+    at = ["--spacing", "0.5,0.5,0.5", "--origin", "1,2,3"]
+    assert_done(pellicle("contour", path, "--iso", "2", *at, "-o", out / "ball.ply"))
+    field = ["--field", path, *at, "--iso"]
+    own = distance(pellicle, out / "ball.ply", *field, "2")
+    assert own["iso"] == 2 and own["skipped_samples"] == 0 and own["volume"] == str(path)
+    assert 0 < own["mean"] < own["rms"] < own["max"] < 0.03
+    # A cell further out.
+    off = distance(pellicle, out / "ball.ply", *field, "1")
+    assert off["mean"] == pytest.approx(0.5, abs=0.01) and off["max"] < 0.55
+    said = pellicle("check", out / "ball.ply", *field, "1")
+    assert_done(said)
+    assert "distance to the field's surface: mean 0.4" in said.stdout or "mean 0.5" in said.stdout
+    # Walls at the border are nowhere in the field.
+    assert_done(pellicle("contour", path, "--iso", "-9", *at, "-o", out / "walls.ply"))
+    walls = distance(pellicle, out / "walls.ply", *field, "-9")
+    assert walls["skipped_samples"] > 100 and walls["max"] < 0.1
+    assert_failed(pellicle("check", out / "ball.ply", "--field", path), "--iso", code=2)
+    assert_failed(pellicle("check", out / "ball.ply", "--iso", "1"), "--field", code=2)
+    assert_failed(pellicle("check", out / "ball.ply", "--field", out / "none.npy", "--iso", "1"), "none.npy")

@@ -64,7 +64,7 @@ pub use field::balls::Metaballs;
 pub use field::crowding::crowding;
 pub use field::function::{Domain, Function, Warp};
 pub use field::noise::{Noise, Turbulent};
-pub use field::volume::{Border, Samples, Volume};
+pub use field::volume::{Border, Interpolant, Samples, Volume};
 pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;

@@ -29,6 +29,7 @@ use crate::values::{IsoValue, Labels, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
 use crate::volume::{Block, Selection};
 use output::suffixed;
+pub use whole::view;
 
 /// One of the surfaces of a volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
