@@ -49,7 +49,7 @@ pub enum Verb {
     Mesh(Box<MeshArgs>),
     /// Volumes to triangle meshes: the surface where values pass an isovalue
     Contour(Box<ContourArgs>),
-    /// Particles or meshes to another format
+    /// Particles, meshes or volumes to another format
     Convert(Box<ConvertArgs>),
     /// What is in a particle, mesh or volume file
     Info(Box<InfoArgs>),

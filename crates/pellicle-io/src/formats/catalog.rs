@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::meshes::{self, WriteOptions};
 use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
-use crate::volumes::{self, VolumeFile, VolumeOptions};
+use crate::volumes::{self, VolumeData, VolumeFile, VolumeOptions};
 
 /// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -64,6 +64,7 @@ pub enum Format {
 pub(crate) type ReadParticles = fn(&Path, &ReadOptions) -> Result<Particles, Error>;
 pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<Written, Error>;
 pub(crate) type OpenVolume = fn(&Path, &VolumeOptions) -> Result<VolumeFile, Error>;
+pub(crate) type WriteVolume = fn(&Path, &VolumeData) -> Result<Written, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
 pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
 
@@ -79,6 +80,7 @@ pub(crate) struct Row {
     pub(crate) read_mesh: Option<ReadMesh>,
     pub(crate) write_mesh: Option<WriteMesh>,
     pub(crate) open_volume: Option<OpenVolume>,
+    pub(crate) write_volume: Option<WriteVolume>,
 }
 
 pub(crate) static CATALOG: &[Row] = &[
@@ -91,6 +93,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_ply::read),
         write_mesh: Some(meshes::write_ply::write),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Bgeo,
@@ -101,6 +104,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vtk,
@@ -111,6 +115,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_vtk::read),
         write_mesh: Some(meshes::write_vtk::write),
         open_volume: Some(volumes::vtk::open),
+        write_volume: Some(volumes::write::vtk),
     },
     Row {
         format: Format::Vtu,
@@ -121,6 +126,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtu),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vtp,
@@ -131,6 +137,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtp),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Pvd,
@@ -141,6 +148,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::RawXyz,
@@ -151,6 +159,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::raw::open_untold),
+        write_volume: Some(volumes::write::raw),
     },
     Row {
         format: Format::TextXyz,
@@ -161,6 +170,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::LammpsDump,
@@ -171,6 +181,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Csv,
@@ -181,6 +192,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Npy,
@@ -191,6 +203,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::npy::open),
+        write_volume: Some(volumes::write::npy),
     },
     Row {
         format: Format::Npz,
@@ -201,6 +214,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: Some(meshes::write_npz::write),
         open_volume: Some(volumes::npz::open),
+        write_volume: None,
     },
     Row {
         format: Format::Json,
@@ -211,6 +225,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Bi4,
@@ -221,6 +236,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Hdf5,
@@ -231,6 +247,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Obj,
@@ -241,6 +258,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_obj::read),
         write_mesh: Some(meshes::write_obj::write),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Stl,
@@ -251,6 +269,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_stl::read),
         write_mesh: Some(meshes::write_stl::write),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Glb,
@@ -261,6 +280,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: Some(meshes::read_glb::read),
         write_mesh: Some(meshes::write_glb::write),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vti,
@@ -271,6 +291,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::vti::open),
+        write_volume: Some(volumes::write::vti),
     },
     Row {
         format: Format::MetaImage,
@@ -281,6 +302,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::mha::open),
+        write_volume: Some(volumes::write::mha),
     },
     Row {
         format: Format::Nrrd,
@@ -291,6 +313,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::nrrd::open),
+        write_volume: Some(volumes::write::nrrd),
     },
     Row {
         format: Format::Nifti,
@@ -301,6 +324,7 @@ pub(crate) static CATALOG: &[Row] = &[
         read_mesh: None,
         write_mesh: None,
         open_volume: Some(volumes::nifti::open),
+        write_volume: Some(volumes::write::nifti),
     },
 ];
 
@@ -323,6 +347,8 @@ pub struct FormatInfo {
     pub writes_meshes: bool,
     /// Whether [`open_volume`](crate::open_volume) reads it.
     pub reads_volumes: bool,
+    /// Whether [`write_volume`](crate::write_volume) writes it.
+    pub writes_volumes: bool,
 }
 
 /// All formats, with what this build does with them.
@@ -336,6 +362,7 @@ pub fn formats() -> impl Iterator<Item = FormatInfo> {
         reads_meshes: row.read_mesh.is_some(),
         writes_meshes: row.write_mesh.is_some(),
         reads_volumes: row.open_volume.is_some(),
+        writes_volumes: row.write_volume.is_some(),
     })
 }
 
