@@ -8,17 +8,27 @@ use std::path::Path;
 
 use common::Folder;
 use pellicle_io::{
-    Grid, RawVolume, SampleType, Scaling, Space, VolumeData, VolumeOptions, check_volume_format, read_volume,
+    Grid, RawVolume, SampleType, Samples, Scaling, Space, VolumeData, VolumeOptions, check_volume_format, read_volume,
     write_volume,
 };
 use samples::volume_samples::{DIMS, value, volumes};
 
 const OUT: [&str; 8] = ["o.npy", "o.vti", "o.vtk", "o.mha", "o.nrrd", "o.nii", "o.nii.gz", "o.raw"];
 
+/// The type that a file has: scaled values are computed but in NIfTI.
+fn kind(name: &str, data: &VolumeData) -> SampleType {
+    let found = data.samples.kind();
+    match found {
+        _ if data.header.scaling == Scaling::default() || name.starts_with("o.nii") => found,
+        SampleType::I8 | SampleType::U8 | SampleType::I16 | SampleType::U16 => SampleType::F32,
+        _ => SampleType::F64,
+    }
+}
+
 fn options(name: &str, data: &VolumeData) -> VolumeOptions {
     let raw = name.ends_with(".raw").then(|| RawVolume {
         dims: data.header.dims.map(|n| n as u64),
-        kind: data.samples.kind(),
+        kind: kind(name, data),
         components: 1,
         big_endian: false,
         skip: 0,
@@ -35,21 +45,19 @@ fn assert_same(back: &VolumeData, data: &VolumeData, what: &str) {
 }
 
 #[test]
-fn every_type_and_order_reads_back_from_every_format() {
+fn every_sample_reads_back_from_every_format() {
     let folder = Folder::new();
-    let mut kinds = std::collections::HashSet::new();
     for sample in volumes() {
         let path = folder.write(sample.name, &sample.bytes);
         let read = VolumeOptions { component: sample.component, frame: sample.frame, ..VolumeOptions::default() };
         let data = read_volume(&path, &read).expect(sample.name);
-        kinds.insert(data.samples.kind());
         for name in OUT {
             let what = format!("{} to {name}", sample.name);
             let out = folder.join(name);
             let written = write_volume(&out, &data).expect(&what);
             let back = read_volume(&out, &options(name, &data)).expect(&what);
             assert_same(&back, &data, &what);
-            assert_eq!(back.samples.kind(), data.samples.kind(), "{what}");
+            assert_eq!(back.samples.kind(), kind(name, &data), "{what}");
             let has_place = !matches!(name, "o.npy" | "o.raw");
             if has_place {
                 let mut grid = data.header.grid;
@@ -66,11 +74,8 @@ fn every_type_and_order_reads_back_from_every_format() {
             } else if sample.has_grid {
                 assert!(written.left_out.contains(&"spacing and origin".to_owned()), "{what}: {written:?}");
             }
-            let is_told = matches!(name, "o.vti" | "o.vtk" | "o.mha" | "o.nrrd") && written.left_out.is_empty();
-            assert!(is_told || !matches!(name, "o.vti" | "o.vtk" | "o.mha" | "o.nrrd"), "{what}: {written:?}");
         }
     }
-    assert_eq!(kinds.len(), 10, "every type was among them: {kinds:?}");
 }
 
 /// A volume of shorts from a NRRD.
@@ -79,6 +84,29 @@ fn shorts(folder: &Folder) -> VolumeData {
     let head = "NRRD0005\ntype: int16\ndimension: 3\nsizes: 5 4 3\nendian: little\nencoding: raw\n\n";
     let path = folder.write("shorts.nrrd", [head.as_bytes(), &bytes].concat());
     read_volume(&path, &VolumeOptions::default()).expect("shorts")
+}
+
+#[test]
+fn every_type_reads_back_from_every_format() {
+    let folder = Folder::new();
+    let mut data = shorts(&folder);
+    macro_rules! of_type {
+        ($($kind:ident $type:ty: $low:expr),*) => {[$(Samples::$kind((0..60).map(|n| (n % 40) as $type * 3 as $type + $low).collect())),*]};
+    }
+    let all = of_type!(
+        I8 i8: -100, U8 u8: 70, I16 i16: -30_000, U16 u16: 60_000, I32 i32: -2_000_000_000, U32 u32: 4_000_000_000,
+        I64 i64: -9_000_000_000_000_000_000, U64 u64: 18_000_000_000_000_000_000, F32 f32: 0.1, F64 f64: 0.1
+    );
+    for samples in all {
+        data.header.kind = samples.kind();
+        data.samples = samples;
+        for name in OUT {
+            let path = folder.join(name);
+            write_volume(&path, &data).expect(name);
+            let found = read_volume(&path, &options(name, &data)).expect(name);
+            assert_eq!(found.samples, data.samples, "{name}");
+        }
+    }
 }
 
 fn back(path: &Path) -> VolumeData {
@@ -141,7 +169,7 @@ fn long_axes_take_the_second_nifti() {
     let folder = Folder::new();
     let mut data = shorts(&folder);
     data.header.dims = [40_000, 2, 2];
-    data.samples = pellicle_io::Samples::U8((0..160_000u32).map(|n| (n % 251) as u8).collect());
+    data.samples = Samples::U8((0..160_000u32).map(|n| (n % 251) as u8).collect());
     data.header.grid = Grid::new([1.0 / 3.0, 0.0, 0.0], [0.1, 0.2, 0.3]);
     let path = folder.join("long.nii");
     let written = write_volume(&path, &data).expect("long");

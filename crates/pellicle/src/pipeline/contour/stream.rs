@@ -117,8 +117,8 @@ impl<T: StreamSample> ContourStream<T> {
         }
         let iso = params.isos(&[iso])?[0];
         let mut batch = BATCH_NODES.div_ceil(shape.dims[0] * shape.dims[1]).max(4);
-        // Half of the memory is for the pieces.
-        while batch > 1 && params.max_memory.is_some_and(|limit| Self::held(&whole, batch) > limit / 2) {
+        // Most of the memory is for the pieces.
+        while batch > 1 && params.max_memory.is_some_and(|limit| Self::held(&whole, batch) > limit / 8) {
             batch = batch.div_ceil(2);
         }
         check_memory(params.max_memory, "the slabs at hand", Self::held(&whole, batch))?;
