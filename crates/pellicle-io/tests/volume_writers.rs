@@ -87,6 +87,7 @@ fn shorts(folder: &Folder) -> VolumeData {
 }
 
 #[test]
+#[allow(clippy::unnecessary_cast, reason = "the same code serves every type")]
 fn every_type_reads_back_from_every_format() {
     let folder = Folder::new();
     let mut data = shorts(&folder);

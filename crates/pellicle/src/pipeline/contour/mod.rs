@@ -132,7 +132,7 @@ pub struct Contour<'a> {
 
 enum Source<'a> {
     Volume(Window<'a>),
-    Function(Lazy<'a>),
+    Function(Box<Lazy<'a>>),
 }
 
 /// Where a window's part of a surface goes.
@@ -178,7 +178,7 @@ impl<'a> Contour<'a> {
     ) -> Result<Self, Error> {
         domain.check()?;
         let lazy = Lazy::new(function, domain, params.isos(isos)?, params, control)?;
-        Ok(Self { origin: lazy.origin(), source: Source::Function(lazy), normals: params.normals })
+        Ok(Self { origin: lazy.origin(), source: Source::Function(Box::new(lazy)), normals: params.normals })
     }
 
     /// Number of surfaces: one for each isovalue.
