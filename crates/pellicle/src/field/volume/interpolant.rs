@@ -1,7 +1,8 @@
 //! What a volume is worth between its samples: the trilinear interpolant, and its gradient.
 //!
-//! Source: trilinear interpolation; gradients go to the world by the inverse of the direction vectors, so that those of oblique
-//! volumes are right.
+//! Gradients go to the world by the inverse of the direction vectors, so that those of oblique volumes are right.
+//!
+//! Source: this project.
 
 use super::{Volume, determinant};
 use crate::math::vector::{cross, subtract};
