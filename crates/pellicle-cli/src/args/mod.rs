@@ -54,7 +54,7 @@ pub enum Verb {
     /// What is in a particle, mesh or volume file
     Info(Box<InfoArgs>),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
-    Check(CheckArgs),
+    Check(Box<CheckArgs>),
     /// Meshes and particles to pictures (PNG)
     Render(Box<RenderArgs>),
     /// Make a splash of particles, its surface and pictures, to see that all works; or metaballs
