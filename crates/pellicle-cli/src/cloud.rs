@@ -2,8 +2,10 @@
 //!
 //! Positions are moved, never copied: they are the largest thing in memory besides the lattice.
 
-use pellicle::{Attribute, Carry, Positions};
+use pellicle::{Attribute, Carry, Ghosts, Params, Positions, Walls};
 use pellicle_io::{AttributeValues, ParticleAttribute, Particles, PositionData};
+
+use crate::resolve::NORMAL_VELOCITY;
 
 /// The particles of one frame.
 #[derive(Debug)]
@@ -14,6 +16,8 @@ pub struct Cloud {
     pub channels: Vec<Channel>,
     /// Each particle's own radius, in world units.
     pub radii: Option<Vec<f32>>,
+    /// How many of the last are images of others in walls.
+    pub ghosts: usize,
 }
 
 /// Values per particle, to be carried to the surface.
@@ -32,18 +36,7 @@ pub struct Channel {
 impl From<Particles> for Cloud {
     fn from(particles: Particles) -> Self {
         let channels = particles.attributes.into_iter().map(Channel::from).collect();
-        Self { positions: particles.positions, channels, radii: None }
-    }
-}
-
-impl From<Cloud> for Particles {
-    fn from(cloud: Cloud) -> Self {
-        let attribute = |channel: Channel| ParticleAttribute {
-            name: channel.name,
-            components: channel.components,
-            values: AttributeValues::F32(channel.values),
-        };
-        Self { positions: cloud.positions, attributes: cloud.channels.into_iter().map(attribute).collect() }
+        Self { positions: particles.positions, channels, radii: None, ghosts: 0 }
     }
 }
 
@@ -63,7 +56,7 @@ impl From<ParticleAttribute> for Channel {
 }
 
 impl Cloud {
-    /// Number of particles.
+    /// Number of particles, images among them.
     pub fn len(&self) -> usize {
         self.positions.len()
     }
@@ -74,10 +67,31 @@ impl Cloud {
         self.radii.as_ref().map_or(view, |radii| view.with_radii(radii))
     }
 
-    /// The particles and their radii, back from where they came.
-    pub fn back(mut self) -> (Particles, Option<Vec<f32>>) {
-        let radii = self.radii.take();
-        (self.into(), radii)
+    /// Adds the speed of the surface along its normal, made of the velocity, which stays if it `is_wanted` itself.
+    pub fn add_normal_velocity(&mut self, is_wanted: bool) {
+        let Some(at) = self.channels.iter().position(|c| c.name == "velocity" && c.components == 3) else { return };
+        let values = if is_wanted { self.channels[at].values.clone() } else { self.channels.remove(at).values };
+        let name = NORMAL_VELOCITY.to_owned();
+        self.channels.push(Channel { name, components: 3, values, carry: Carry::NormalSpeed });
+    }
+
+    /// Adds the images of particles near walls, with what they carry.
+    pub fn mirror(&mut self, walls: &Walls, params: &Params) {
+        let Ghosts { positions, of } = walls.ghosts(self.positions(), params);
+        match &mut self.positions {
+            PositionData::F32(all) => all.extend(positions.iter().map(|p| p.map(|x| x as f32))),
+            PositionData::F64(all) => all.extend(positions),
+        }
+        for Channel { values, components, .. } in &mut self.channels {
+            let n = *components;
+            for &i in &of {
+                values.extend_from_within(i as usize * n..(i as usize + 1) * n);
+            }
+        }
+        if let Some(radii) = &mut self.radii {
+            radii.extend(of.iter().map(|&i| radii[i as usize]).collect::<Vec<f32>>());
+        }
+        self.ghosts += of.len();
     }
 
     /// Attributes for the core.

@@ -86,7 +86,9 @@ fn kept_options(matches: &ArgMatches) -> Result<Option<Vec<OsString>>, Failure> 
                 _ => return Err(usage(path, format_args!("{key} in [{verb}] is a switch: write true or false"))),
             },
             // A list of several values follows its name; `=` binds one value even if it begins with a dash.
-            (Some(long), _) if words.len() > 1 => named.extend([format!("--{long}")].into_iter().chain(words)),
+            (Some(long), _) if words.len() > 1 && takes_several(arg) => {
+                named.extend([format!("--{long}")].into_iter().chain(words))
+            }
             (Some(long), _) => named.extend(words.iter().map(|word| format!("--{long}={word}"))),
         }
     }
@@ -161,8 +163,12 @@ fn value(arg: &Arg, matches: &ArgMatches) -> Option<Value> {
         return Some(Value::Boolean(matches.get_flag(id)));
     }
     let mut values: Vec<Value> = matches.get_raw(id)?.map(scalar).collect();
-    let is_list = arg.get_num_args().is_some_and(|range| range.max_values() > 1);
-    if is_list || values.len() > 1 { Some(Value::Array(values)) } else { values.pop() }
+    if takes_several(arg) || values.len() > 1 { Some(Value::Array(values)) } else { values.pop() }
+}
+
+/// Whether several values follow the name; else each has the name before it.
+fn takes_several(arg: &Arg) -> bool {
+    arg.get_num_args().is_some_and(|range| range.max_values() > 1)
 }
 
 /// A number where the text is one and nothing is lost, else a text.
@@ -190,7 +196,7 @@ mod tests {
     #[test]
     fn what_is_printed_gives_the_same_command_again() {
         let line = "pellicle mesh a.vtk b.vtk -r 0.025 -c 0.75 --skip-existing --crop 0,0,0 1,-,1 --attributes all \
-                    --max-memory 2G --frames -5--1 --where x>0 -o out/ --print-config";
+                    --max-memory 2G --wall plane=0,1,0,0 --wall a.stl --frames -5--1 --where x>0 -o out/ --print-config";
         let text = print(&matches(line)).expect("asked for");
         let path = std::env::temp_dir().join(format!("pellicle-config-{}.toml", std::process::id()));
         std::fs::write(&path, &text).unwrap();

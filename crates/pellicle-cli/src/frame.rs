@@ -33,6 +33,8 @@ pub struct Loaded {
     chosen: Chosen,
     /// How many are in the file of spray, once they are.
     sprayed: Option<usize>,
+    /// What was made of them for an attempt that failed.
+    cloud: Option<Cloud>,
     /// When reading began, with the time that it took.
     clock: StageClock,
 }
@@ -59,7 +61,7 @@ pub fn load(job: &MeshJob, frame: &Frame, clock: StageClock) -> Result<Loaded, F
     let chosen = job.choice.apply(&mut particles, &frame.input)?;
     let radii = job.keep_carried(&mut particles, &frame.input)?;
     clock.pause();
-    Ok(Loaded { particles, radii, chosen, sprayed: None, clock })
+    Ok(Loaded { particles, radii, chosen, sprayed: None, cloud: None, clock })
 }
 
 impl Loaded {
@@ -127,9 +129,18 @@ impl Loaded {
             self.sprayed = Some(spray.positions.len());
         }
         let target = Target::new(frame.output.clone())?;
-        // A frame may be tried again with more memory: its particles come back.
-        let cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
-        let choice = job.choice.record();
+        // A frame may be tried again with more memory.
+        let cloud = self.cloud.take().unwrap_or_else(|| {
+            let mut cloud = Cloud { radii: self.radii.take(), ..Cloud::from(std::mem::take(&mut self.particles)) };
+            if job.normal_velocity {
+                cloud.add_normal_velocity(job.carry.wants("velocity", 3));
+            }
+            if let Some(walls) = &job.walls {
+                cloud.mirror(walls, &params);
+            }
+            cloud
+        });
+        let choice = [job.choice.record(), job.walls_record.clone()].concat();
         let order = Order {
             choice: &choice,
             radius_attribute: job.radius_attribute.as_deref(),
@@ -141,13 +152,15 @@ impl Loaded {
             keep_mesh: frame.png.is_some(),
             tetrahedra: job.tetrahedra,
             finishing: job.finishing,
+            walls: job.walls.as_ref(),
         };
         let made = make(&cloud, &order, reconstructor, &self.clock);
-        let (particles, attributes) = (cloud.len(), cloud.channels.iter().map(|c| c.name.clone()).collect());
+        let (particles, attributes) =
+            (cloud.len() - cloud.ghosts, cloud.channels.iter().map(|c| c.name.clone()).collect());
         let mut made = match made {
             Ok(made) => made,
             Err(failure) => {
-                (self.particles, self.radii) = cloud.back();
+                self.cloud = Some(cloud);
                 return Err(failure);
             }
         };
@@ -174,7 +187,7 @@ impl Outcome {
         let input = frame.input.display();
         if self.particles == 0 {
             console.warn(format!("{input}: there are no particles, so the mesh is empty"));
-        } else if self.made.triangles == 0 {
+        } else if self.made.triangles == 0 && self.made.quads.unwrap_or(0) == 0 {
             console.warn(format!(
                 "{input}: no surface: the field exceeds {} nowhere on the lattice (check -r, lower -t, or use a \
                  smaller -c)",
@@ -189,11 +202,13 @@ impl Outcome {
 
     /// What a single run says in the end.
     pub fn tell(&self, job: &MeshJob, frame: &Frame, console: &Console) {
-        let Made { vertices, triangles, bytes, .. } = self.made;
+        let Made { vertices, triangles, quads, bytes, .. } = self.made;
         if let (Some(count), Some(path)) = (self.sprayed, &frame.spray) {
             console.say(format_args!("  spray: {} in {}", show_many(count, "particle"), path.display()));
         }
-        console.say(format_args!("  surface: {}, {}", show_vertices(vertices), show_many(triangles, "triangle")));
+        let quads = quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+        let triangles = show_many(triangles, "triangle");
+        console.say(format_args!("  surface: {}, {triangles}{quads}", show_vertices(vertices)));
         let path = frame.output.display();
         console.say(format_args!("{path}: {} in {:.3} s", show_bytes(bytes), self.seconds));
         if let Some(png) = &frame.png {
@@ -237,6 +252,7 @@ impl Outcome {
             "particle_radius": self.radius,
             "vertices": made.vertices,
             "triangles": made.triangles,
+            "quads": made.quads,
             "bricks_filled": made.stats.bricks_filled,
             "bricks_crossed": made.stats.bricks_crossed,
             "blocks": made.stats.blocks,

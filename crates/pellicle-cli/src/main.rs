@@ -27,6 +27,7 @@ mod surface;
 mod target;
 mod values;
 mod volume;
+mod walls;
 mod watch;
 
 use std::process::ExitCode;

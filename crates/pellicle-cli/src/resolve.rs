@@ -3,9 +3,10 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use pellicle::{Band, Lanes, Params, Tetrahedra};
-use pellicle_io::{AttributeChoice, Particles, RawType, ReadOptions, Up};
+use pellicle::{Band, Lanes, Params, Tetrahedra, Walls};
+use pellicle_io::{AttributeChoice, ParticleAttribute, Particles, RawType, ReadOptions, Up};
 
 use crate::args::{BandArg, CellArg, FrameArgs, InputArgs, MeshArgs, Switch};
 use crate::choose::crop::Crop;
@@ -14,10 +15,11 @@ use crate::choose::transform::SCALED;
 use crate::choose::{Choice, Invalid};
 use crate::failure::Failure;
 use crate::field;
-use crate::finish::Finishing;
+use crate::finish::{Finishing, Of};
 use crate::machine;
 use crate::sequence::range::FrameRange;
 use crate::sequence::shard::Shard;
+use crate::walls;
 
 /// All that `mesh` was asked to do, but for the list of frames.
 #[derive(Debug)]
@@ -34,12 +36,18 @@ pub struct MeshJob {
     pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh.
     pub finishing: Finishing,
+    /// Walls that the surface is cut at, and how they are told.
+    pub walls: Option<Arc<Walls>>,
+    /// A line each.
+    pub walls_record: Vec<String>,
     /// How to read particles.
     pub read: ReadOptions,
     /// Which particles.
     pub choice: Choice,
     /// What is carried to the vertices.
     pub carry: AttributeChoice,
+    /// Whether they get the surface's speed along its normal, too.
+    pub normal_velocity: bool,
     /// The axis that points up.
     pub up: Up,
     /// Threads of the pool.
@@ -124,9 +132,12 @@ fn option<T, E: std::fmt::Display>(
 impl MeshJob {
     /// Works out what was meant. Looks at file names, not into files.
     pub fn resolve(args: &MeshArgs) -> Result<Self, Failure> {
-        let carry = args.attributes.clone().unwrap_or(AttributeChoice::Velocity);
+        let (carry, normal_velocity) = made_of(args.attributes.clone().unwrap_or(AttributeChoice::Velocity));
         let (mut read, choice) = selection(&args.from, carry.clone(), Invalid::Refuse)?;
         read.also.extend(args.surface.radius_attribute.clone().filter(|name| !read.also.contains(name)));
+        if normal_velocity && !read.also.iter().any(|name| name == VELOCITY) {
+            read.also.push(VELOCITY.into());
+        }
         let mut files = Files::resolve(&args.input, args.output.as_ref(), "ply", &args.frames)?;
         files.png.clone_from(&args.png);
         files.spray.clone_from(&args.spray);
@@ -138,6 +149,9 @@ impl MeshJob {
         if let Some(spray) = &files.spray {
             pellicle_io::check_particle_format(spray).map_err(|error| Failure::Usage(format!("--spray {error}")))?;
         }
+        if !args.finish.wall.is_empty() && args.surface.method != CellArg::Cubes {
+            return Err(Failure::Usage("--wall: walls cut marching cubes only (leave out --method)".into()));
+        }
         Ok(Self {
             files,
             radius: args.surface.radius,
@@ -148,12 +162,15 @@ impl MeshJob {
                 CellArg::Tetra5 => Some(Tetrahedra::Five),
                 CellArg::Tetra6 => Some(Tetrahedra::Six),
             },
-            finishing: Finishing::new(args.finish.smooth, args.finish.decimate, args.finish.keep),
+            finishing: Finishing::new(&args.finish, Of::Particles)?,
+            walls: walls::build(&args.finish.wall)?,
+            walls_record: walls::record(&args.finish.wall),
             read,
             choice,
             carry,
+            normal_velocity,
             up: args.from.up.into(),
-            threads: args.threads.unwrap_or_else(machine::default_threads),
+            threads: args.machine.threads.unwrap_or_else(machine::default_threads),
             skip_existing: args.frames.skip_existing,
             watch: args.watch.watch,
         })
@@ -179,8 +196,32 @@ impl MeshJob {
             }
             None => None,
         };
-        keep_carried(&self.carry, &self.read.also, particles);
+        if self.normal_velocity && particles.attribute(VELOCITY).is_none_or(|found| found.components != 3) {
+            let what =
+                format_args!("--attributes {NORMAL_VELOCITY}: made of the particles' velocity, and there is none");
+            return Err(Failure::file(path, what));
+        }
+        let also = self.normal_velocity.then_some(VELOCITY);
+        if !self.read.also.is_empty() {
+            let is_kept = |a: &ParticleAttribute| self.carry.wants(&a.name, a.components) || also == Some(&a.name[..]);
+            particles.attributes.retain(is_kept);
+        }
         Ok(radii)
+    }
+}
+
+/// The attribute that is not in files but made of the velocity.
+pub const NORMAL_VELOCITY: &str = "normal_velocity";
+const VELOCITY: &str = "velocity";
+
+/// What is to be read of a choice, and whether the speed along the normal is in it.
+fn made_of(choice: AttributeChoice) -> (AttributeChoice, bool) {
+    match choice {
+        AttributeChoice::Names(mut names) if names.iter().any(|name| name == NORMAL_VELOCITY) => {
+            names.retain(|name| name != NORMAL_VELOCITY);
+            (if names.is_empty() { AttributeChoice::None } else { AttributeChoice::Names(names) }, true)
+        }
+        choice => (choice, false),
     }
 }
 
@@ -206,7 +247,7 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
             BandArg::Full => Band::Full,
         },
         normals: args.normals == Switch::On,
-        max_memory: args.max_memory,
+        max_memory: args.machine.max_memory,
         lanes,
     };
     field::check(&params)?;

@@ -2,10 +2,17 @@
 
 use std::cell::RefCell;
 use std::path::Path;
+use std::sync::Arc;
 
-use pellicle::post::Finish;
+use pellicle::post::{
+    Finish,
+    quads::{Pairing, pair},
+    settle::{on_walls, settle},
+    snap::Nodes,
+};
 use pellicle::{
-    Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, crowding,
+    Attribute, Chunk, Control, Mesh, Params, Reconstructor, ScalarField, Stats, Surface, Tetrahedra, VertexAttribute,
+    Walls, crowding,
 };
 use pellicle_io::{PlyFile, PlyLayout, Up, WriteOptions};
 
@@ -42,6 +49,8 @@ pub struct Order<'a> {
     pub tetrahedra: Option<Tetrahedra>,
     /// What is done to the mesh before it is written.
     pub finishing: Finishing,
+    /// Walls that the surface is cut at; the particles are mirrored in them.
+    pub walls: Option<&'a Arc<Walls>>,
 }
 
 /// What was made.
@@ -49,8 +58,10 @@ pub struct Order<'a> {
 pub struct Made {
     /// Vertices of the mesh.
     pub vertices: usize,
-    /// Triangles of the mesh.
+    /// Triangles of the mesh, but those in quads.
     pub triangles: usize,
+    /// Quads, where they were asked for.
+    pub quads: Option<usize>,
     /// Size of the file.
     pub bytes: u64,
     /// What the work amounted to.
@@ -73,12 +84,13 @@ pub fn make(
     let on_stage = |stage| clock.begin_core(stage);
     let control = Control { cancel: Some(&interrupt::TOKEN), on_stage: Some(&on_stage) };
     let core = |error| Failure::core(order.source, error);
-    let Finishing { finish, weighted } = order.finishing;
+    let Finishing { finish, weighted, quads } = order.finishing;
     let crowding = weighted.then(|| crowding(cloud.positions(), params.support(), &control)).transpose();
     let crowding = crowding.map_err(core)?;
     let mut attributes = cloud.attributes();
     attributes.extend(crowding.as_ref().map(|values| Attribute::new(CROWDING, 1, values)));
 
+    reconstructor.set_walls(order.walls.cloned());
     let path = order.target.path();
     let (mut kept, mut left_out) = (None, Vec::new());
     let made = match order.tetrahedra {
@@ -94,11 +106,12 @@ pub fn make(
     };
     let stats = made.stats();
     let (mut vertices, mut triangles) = (stats.vertices as usize, stats.triangles as usize);
+    let mut quad_count = None;
     clock.begin("write");
     if let Source::Counted(surface) = &made
         && order.target.is_stream()
         && !order.keep_mesh
-        && finish.is_nothing()
+        && order.finishing.is_nothing()
     {
         write_stream(surface, &attributes, &params, order)?;
     } else {
@@ -106,18 +119,41 @@ pub fn make(
         if !finish.is_nothing() {
             clock.begin("finish");
             check_memory(&finish, &mesh, &params, order)?;
-            let crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
-            finish.apply(&mut mesh, params.spacing(), crowding.as_deref(), &control).map_err(core)?;
+            let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
+            let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
+            if let Some(walls) = order.walls {
+                // What is on a wall stays there: it has no weight, nor has what it is merged with, and it is put back.
+                let marks = on_walls(&mesh, walls, spacing);
+                let weights = crowding.get_or_insert_with(|| vec![f32::MAX; marks.len()]);
+                weights
+                    .iter_mut()
+                    .zip(&marks)
+                    .filter(|(_, mark)| **mark > 0.0)
+                    .for_each(|(weight, _)| *weight = f32::NAN);
+                mesh.attributes.push(VertexAttribute::new(String::new(), 1, marks));
+            }
+            finish.apply(&mut mesh, &nodes, crowding.as_deref(), &control).map_err(core)?;
+            if let Some(walls) = order.walls {
+                let marks = mesh.attributes.pop().map(|attribute| attribute.values).unwrap_or_default();
+                settle(&mut mesh, walls, &marks, spacing).map_err(core)?;
+            }
             (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         }
         clock.begin("write");
         interrupt::check()?;
         let options = WriteOptions { comments: order.record(), up: order.up, ..WriteOptions::default() };
-        left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
-        kept = order.keep_mesh.then_some(mesh);
+        if quads {
+            let paired = pair(mesh, &Pairing::default(), &control).map_err(core)?;
+            (triangles, quad_count) = (paired.mesh.triangles.len(), Some(paired.quads.len()));
+            left_out = pellicle_io::write_quad_mesh(path, &paired, &options)?.left_out;
+            kept = order.keep_mesh.then(|| paired.triangulated());
+        } else {
+            left_out = pellicle_io::write_mesh(path, &mesh, &options)?.left_out;
+            kept = order.keep_mesh.then_some(mesh);
+        }
     }
     let bytes = std::fs::metadata(path).map_err(|error| Failure::file(path, error))?.len();
-    Ok(Made { vertices, triangles, bytes, stats, mesh: kept, left_out })
+    Ok(Made { vertices, triangles, quads: quad_count, bytes, stats, mesh: kept, left_out })
 }
 
 /// A surface that is counted, or already there.
@@ -162,7 +198,11 @@ fn check_memory(finish: &Finish, mesh: &Mesh, params: &Params, order: &Order) ->
     match params.max_memory {
         Some(available) if needed > available => Err(Failure::core(
             order.source,
-            pellicle::Error::Memory { what: "finishing the mesh (--smooth, --decimate, --keep)", needed, available },
+            pellicle::Error::Memory {
+                what: "finishing the mesh (--smooth, --decimate, --keep, --clamp)",
+                needed,
+                available,
+            },
         )),
         _ => Ok(()),
     }
@@ -177,10 +217,11 @@ fn write_stream(
 ) -> Result<(), Failure> {
     let origin = surface.origin();
     let layout = PlyLayout {
+        quad_count: 0,
         vertex_count: surface.vertex_count() as u64,
         triangle_count: surface.triangle_count() as u64,
         normals: params.normals,
-        attributes: attributes.iter().map(|a| (a.name.to_owned(), a.components)).collect(),
+        attributes: attributes.iter().map(|a| (a.name.to_owned(), a.width())).collect(),
         // Far from the origin single precision would move vertices; as in `write_mesh`.
         double: origin != [0.0; 3],
         origin,

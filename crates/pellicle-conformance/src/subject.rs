@@ -150,8 +150,9 @@ fn assemble(surface: &Surface<'_>, attributes: &[Attribute<'_>]) -> Result<Mesh,
     let mut mesh = Mesh { origin: surface.origin(), ..Mesh::default() };
     mesh.attributes.extend(attributes.iter().map(|attribute| pellicle::VertexAttribute {
         name: attribute.name.into(),
-        components: attribute.components,
+        components: attribute.width(),
         values: Vec::new(),
+        carry: attribute.carry_on(),
     }));
     for chunk in chunks {
         assert_eq!(chunk.first_vertex, mesh.vertices.len(), "chunks leave a gap or overlap");

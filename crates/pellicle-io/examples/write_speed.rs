@@ -44,7 +44,7 @@ fn sheet() -> Mesh {
     Mesh {
         vertices: (0..EDGE * EDGE).map(node).collect(),
         triangles: corners.flat_map(quad).collect(),
-        attributes: vec![VertexAttribute { name: "velocity".into(), components: 3, values }],
+        attributes: vec![VertexAttribute::new("velocity", 3, values)],
         ..Mesh::default()
     }
 }

@@ -52,8 +52,8 @@ pub use error::{Error, Place, printable};
 pub use formats::catalog::{Format, FormatInfo, formats};
 pub use formats::names::canonical as canonical_name;
 pub use meshes::{
-    PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_writable, read_mesh,
-    remove_temporaries, write_file, write_mesh, write_pvd,
+    PlyFile, PlyLayout, Up, WriteOptions, check_mesh_format, check_particle_format, check_quad_format, check_writable,
+    read_mesh, remove_temporaries, write_file, write_mesh, write_pvd, write_quad_mesh,
 };
 pub use output::Written;
 pub use particles::{

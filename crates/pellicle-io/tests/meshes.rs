@@ -12,10 +12,8 @@ use pellicle_io::{Error, PlyFile, PlyLayout, WriteOptions, check_writable, read_
 fn strip(count: u32, has_normals: bool, has_attributes: bool, origin: [f64; 3]) -> Mesh {
     let vertices: Vec<[f32; 3]> = (0..count).map(|i| [i as f32 * 0.5, (i % 2) as f32, -(i as f32)]).collect();
     let normals = (0..count).map(|i| [0.0, (i % 3) as f32, 1.0]).collect();
-    let attribute = |name: &str, components: usize| VertexAttribute {
-        name: name.into(),
-        components,
-        values: (0..count as usize * components).map(|i| i as f32 - 0.25).collect(),
+    let attribute = |name: &str, components: usize| {
+        VertexAttribute::new(name, components, (0..count as usize * components).map(|i| i as f32 - 0.25).collect())
     };
     Mesh {
         origin,
@@ -97,6 +95,7 @@ fn ranges_written_out_of_order_by_several_threads_give_the_same_bytes() {
             let (whole, pieces) = (folder.join("whole.ply"), folder.join("pieces.ply"));
             write_mesh(&whole, &mesh, &options()).expect("written");
             let layout = PlyLayout {
+                quad_count: 0,
                 vertex_count: mesh.vertices.len() as u64,
                 triangle_count: mesh.triangles.len() as u64,
                 normals: has_normals,

@@ -215,7 +215,7 @@ fn stl_comes_back_welded() {
     let folder = Folder::new();
     let mut mesh = tetrahedron();
     mesh.normals = vec![[0.0, 0.0, 1.0]; 4];
-    mesh.attributes = vec![VertexAttribute { name: "density".into(), components: 1, values: vec![1.0; 4] }];
+    mesh.attributes = vec![VertexAttribute::new("density", 1, vec![1.0; 4])];
     let written = write_mesh(&folder.join("a.stl"), &mesh, &options()).expect("written");
     assert_eq!(written.left_out, ["normal", "density"]);
     let found = read_mesh(&folder.join("a.stl")).expect("stl");
@@ -278,8 +278,8 @@ fn glb_is_what_the_gltf_crate_expects() {
     mesh.origin = [1e6, 0.0, -2.5];
     mesh.normals = vec![[0.0, 1.0, 0.0]; 4];
     mesh.attributes = vec![
-        VertexAttribute { name: "velocity".into(), components: 3, values: (0..12).map(|i| i as f32).collect() },
-        VertexAttribute { name: "color".into(), components: 4, values: vec![0.5; 16] },
+        VertexAttribute::new("velocity", 3, (0..12).map(|i| i as f32).collect()),
+        VertexAttribute::new("color", 4, vec![0.5; 16]),
     ];
     let path = folder.join("a.glb");
     write_mesh(&path, &mesh, &options()).expect("written");
@@ -323,7 +323,7 @@ fn colours_go_through_obj() {
     let folder = Folder::new();
     let mut mesh = tetrahedron();
     let values = (0..12).map(|i| i as f32 / 12.0).collect();
-    mesh.attributes = vec![VertexAttribute { name: "color".into(), components: 3, values }];
+    mesh.attributes = vec![VertexAttribute::new("color", 3, values)];
     assert_eq!(write_mesh(&folder.join("a.obj"), &mesh, &options()).expect("written"), Default::default());
     assert_eq!(read_mesh(&folder.join("a.obj")).expect("obj"), mesh);
 }

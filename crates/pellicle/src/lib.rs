@@ -68,12 +68,12 @@ pub use field::volume::{Border, Interpolant, Samples, Volume};
 pub use field::warp::{Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
-pub use mesh::{Mesh, VertexAttribute};
+pub use mesh::{Mesh, QuadMesh, VertexAttribute};
 pub use params::{
     AnisotropicParams, Band, FieldParameter, Lanes, MetaballKernel, MetaballParams, OnderikParams, Params, ScalarField,
     SolenthalerParams, ZhuBridsonParams,
 };
-pub use particles::{Attribute, Carry, Positions, infer_radius};
+pub use particles::{Attribute, Carry, Ghosts, Positions, Solid, Walls, infer_radius};
 pub use pipeline::{
     Chunk, Contour, ContourParams, ContourPiece, ContourStream, LabelParams, PoolUse, Reconstructor, Sampled, Sorted,
     StreamSample, StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour,

@@ -1,6 +1,5 @@
 //! `contour`: its options.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -8,8 +7,8 @@ use pellicle::VertexNormals;
 
 use super::input::UpArg;
 use super::volume::VolumeArgs;
-use super::{ConfigArgs, FrameArgs, TalkArgs, VerboseArgs};
-use crate::values::{IsoValues, Labels, parse_isos, parse_labels, parse_positive, parse_size, parse_threads};
+use super::{FinishArgs, FrameArgs, MachineArgs, RunArgs};
+use crate::values::{IsoValues, Labels, parse_isos, parse_labels, parse_positive};
 
 /// `contour IN`.
 #[derive(Debug, Args)]
@@ -36,6 +35,10 @@ pub struct ContourArgs {
     #[command(flatten)]
     pub surface: ContourSurfaceArgs,
 
+    /// What is done to it.
+    #[command(flatten)]
+    pub finish: FinishArgs,
+
     /// Array of a file that has several [default: the active or the first]
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     pub array: Option<String>,
@@ -59,22 +62,12 @@ pub struct ContourArgs {
     #[command(flatten)]
     pub frames: FrameArgs,
 
-    /// Threads, at least 1 [default: one per processor]
-    #[arg(short = 'n', long, value_name = "N", value_parser = parse_threads, help_heading = "Run")]
-    pub threads: Option<NonZeroUsize>,
-    /// Limit of memory, such as 512M or 8G [default: what the system can give]
-    #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Run")]
-    pub max_memory: Option<u64>,
-
-    /// Options from a file.
+    /// What it may take.
     #[command(flatten)]
-    pub config: ConfigArgs,
-    /// How much is said.
+    pub machine: MachineArgs,
+    /// The run.
     #[command(flatten)]
-    pub talk: TalkArgs,
-    /// And more.
-    #[command(flatten)]
-    pub more: VerboseArgs,
+    pub run: RunArgs,
 }
 
 /// The parameters that decide the surface.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use pellicle_io::AttributeChoice;
 
-use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, VolumeArgs};
+use super::{FrameArgs, InputArgs, RunArgs, VolumeArgs};
 use crate::values::{parse_attributes, parse_positive};
 
 /// `convert IN OUT`.
@@ -37,13 +37,7 @@ pub struct ConvertArgs {
     /// Which frames.
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// Options from a file.
+    /// The run.
     #[command(flatten)]
-    pub config: ConfigArgs,
-    /// How much is said.
-    #[command(flatten)]
-    pub talk: TalkArgs,
-    /// And more.
-    #[command(flatten)]
-    pub more: VerboseArgs,
+    pub run: RunArgs,
 }

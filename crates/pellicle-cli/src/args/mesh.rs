@@ -1,16 +1,12 @@
 //! `mesh`: its options.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use pellicle::post::components::Keep;
-use pellicle::post::decimate::Target;
 use pellicle_io::AttributeChoice;
 
-use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs, WatchArgs};
-use crate::finish::{Smooth, parse_decimate, parse_keep, parse_smooth};
-use crate::values::{parse_attributes, parse_finite, parse_positive, parse_size, parse_threads};
+use super::{FinishArgs, FrameArgs, InputArgs, MachineArgs, RunArgs, WatchArgs};
+use crate::values::{parse_attributes, parse_finite, parse_positive};
 
 /// `mesh IN`.
 #[derive(Debug, Args)]
@@ -32,7 +28,7 @@ pub struct MeshArgs {
     /// Write particles without neighbours here [default: mesh them]
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub spray: Option<PathBuf>,
-    /// To carry over: velocity, all, none, NAME,... [default: velocity]
+    /// velocity, normal_velocity, all, none, NAME,... [default: velocity]
     #[arg(long, value_name = "NAMES", value_parser = parse_attributes, help_heading = "Output")]
     pub attributes: Option<AttributeChoice>,
     /// Unit normals from the field's gradient
@@ -57,23 +53,12 @@ pub struct MeshArgs {
     #[command(flatten)]
     pub watch: WatchArgs,
 
-    /// Threads, at least 1 [default: one per processor]
-    #[arg(short = 'n', long, alias = "num-threads")]
-    #[arg(value_name = "N", value_parser = parse_threads, help_heading = "Run")]
-    pub threads: Option<NonZeroUsize>,
-    /// Limit of memory, such as 512M or 8G [default: what the system can give]
-    #[arg(long, value_name = "BYTES", value_parser = parse_size, help_heading = "Run")]
-    pub max_memory: Option<u64>,
-
-    /// Options from a file.
+    /// What it may take.
     #[command(flatten)]
-    pub config: ConfigArgs,
-    /// How much is said.
+    pub machine: MachineArgs,
+    /// The run.
     #[command(flatten)]
-    pub talk: TalkArgs,
-    /// And more.
-    #[command(flatten)]
-    pub more: VerboseArgs,
+    pub run: RunArgs,
 }
 
 /// The parameters that decide the surface.
@@ -102,7 +87,7 @@ pub struct SurfaceArgs {
     #[arg(long, value_name = "NAME")]
     pub radius_attribute: Option<String>,
     /// Fields near the surface, or everywhere as a check
-    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true)]
+    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true, hide = true)]
     pub band: BandArg,
     /// How cells become triangles: cubes, tetra5, tetra6
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
@@ -118,23 +103,6 @@ pub enum CellArg {
     Tetra5,
     /// Six tetrahedra a cell.
     Tetra6,
-}
-
-/// What is done to a mesh once it is there.
-#[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Surface")]
-pub struct FinishArgs {
-    /// No slivers, smooth, with normals: iterations=25,... [default: no]
-    #[arg(long, value_name = "KEY=VALUE,...", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    #[arg(value_parser = parse_smooth)]
-    pub smooth: Option<Smooth>,
-    /// Fewer faces: 0.1, triangles=N, error=LENGTH [default: all]
-    #[arg(long, value_name = "SHARE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    #[arg(value_parser = parse_decimate)]
-    pub decimate: Option<Target>,
-    /// Components: largest=N,volume=V,cavities=off [default: all]
-    #[arg(long, value_name = "KEY=VALUE,...", value_parser = parse_keep)]
-    pub keep: Option<Keep>,
 }
 
 /// A choice written as a word.

@@ -6,9 +6,11 @@
 
 mod contour;
 mod convert;
+mod finish;
 mod input;
 mod mesh;
 mod render;
+mod run;
 mod sequence;
 mod volume;
 
@@ -20,9 +22,11 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use contour::{ContourArgs, MethodArg};
 pub use convert::ConvertArgs;
+pub use finish::FinishArgs;
 pub use input::InputArgs;
 pub use mesh::{BandArg, CellArg, MeshArgs, Switch};
 pub use render::{CameraArgs, LookArgs, RenderArgs};
+pub use run::{MachineArgs, RunArgs};
 pub use sequence::{FrameArgs, WatchArgs};
 pub use volume::{EndianArg, VolumeArgs};
 
@@ -90,14 +94,14 @@ impl Verb {
     /// How much is said, and in which form.
     pub fn talk(&self) -> Talk {
         let (talk, verbose) = match self {
-            Self::Mesh(args) => (&args.talk, args.more.verbose),
-            Self::Contour(args) => (&args.talk, args.more.verbose),
-            Self::Convert(args) => (&args.talk, args.more.verbose),
+            Self::Mesh(args) => (&args.run.talk, args.run.more.verbose),
+            Self::Contour(args) => (&args.run.talk, args.run.more.verbose),
+            Self::Convert(args) => (&args.run.talk, args.run.more.verbose),
             Self::Info(args) => (&args.talk, false),
             Self::Formats(args) => (&args.talk, false),
             Self::Fields(args) => (&args.talk, false),
             Self::Check(args) => (&args.talk, false),
-            Self::Render(args) => (&args.talk, args.more.verbose),
+            Self::Render(args) => (&args.run.talk, args.run.more.verbose),
             Self::Demo(args) => (&args.talk, args.more.verbose),
             Self::Completions(_) | Self::Man(_) => return Talk::default(),
         };

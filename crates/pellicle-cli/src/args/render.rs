@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{ConfigArgs, FrameArgs, InputArgs, TalkArgs, VerboseArgs};
+use super::{FrameArgs, InputArgs, RunArgs};
 use crate::values::{parse_pixels, parse_point, parse_positive, parse_range};
 
 /// `render IN... -o OUT`.
@@ -38,15 +38,9 @@ pub struct RenderArgs {
     /// Which frames.
     #[command(flatten)]
     pub frames: FrameArgs,
-    /// Options from a file.
+    /// The run.
     #[command(flatten)]
-    pub config: ConfigArgs,
-    /// How much is said.
-    #[command(flatten)]
-    pub talk: TalkArgs,
-    /// And more.
-    #[command(flatten)]
-    pub more: VerboseArgs,
+    pub run: RunArgs,
 }
 
 /// The looks.

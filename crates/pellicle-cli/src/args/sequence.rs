@@ -4,7 +4,7 @@ use clap::Args;
 
 /// Which frames, and what to do about those that are done.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Sequences")]
+#[command(next_help_heading = "Input")]
 pub struct FrameArgs {
     /// Frames of a pattern: 1-100, 1-100:5, 3,7,20-30 [default: all there]
     #[arg(long, value_name = "RANGE", allow_hyphen_values = true)]
@@ -19,7 +19,7 @@ pub struct FrameArgs {
 
 /// And those to come.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Sequences")]
+#[command(next_help_heading = "Input")]
 pub struct WatchArgs {
     /// Wait for more, until none came for so long [default: Ctrl-C]
     #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, default_missing_value = "inf")]

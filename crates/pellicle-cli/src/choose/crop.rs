@@ -2,7 +2,8 @@
 //!
 //! The box is closed: particles on its faces stay. Coordinates are those after `--scale`. The surface closes at the cut: what
 //! is left is meshed as if there was nothing else, so a wall of triangles appears there, about a particle radius beyond the
-//! last particles, and particles near it are less dense than they were. To look into a fluid rather cut the mesh.
+//! last particles, and particles near it are less dense than they were. To look into a fluid rather cut the mesh (`--clamp`, which
+//! is written in the same way).
 
 use std::array;
 

@@ -29,6 +29,7 @@ pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
                 "writes_particles": info.writes_particles,
                 "reads_meshes": info.reads_meshes,
                 "writes_meshes": info.writes_meshes,
+                "writes_quads": info.writes_quads,
                 "reads_volumes": info.reads_volumes,
                 "writes_volumes": info.writes_volumes,
             })

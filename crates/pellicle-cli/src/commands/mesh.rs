@@ -25,6 +25,7 @@ pub fn run(args: &MeshArgs, console: &Console) -> Result<(), Failure> {
     // A name that cannot be written is known before the first frame is read.
     for frame in plan.single.iter().chain(plan.frames.first()) {
         Target::new(frame.output.clone())?;
+        job.finishing.check_format(&frame.output)?;
     }
     warn_of_coarse_cells(&job, console);
     match &plan.single {

@@ -6,7 +6,7 @@ use std::path::Path;
 use pellicle::Mesh;
 
 use crate::error::Error;
-use crate::meshes::{self, WriteOptions};
+use crate::meshes::{self, Faces, WriteOptions};
 use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
 use crate::volumes::{self, VolumeData, VolumeFile, VolumeOptions};
@@ -67,6 +67,7 @@ pub(crate) type OpenVolume = fn(&Path, &VolumeOptions) -> Result<VolumeFile, Err
 pub(crate) type WriteVolume = fn(&Path, &VolumeData) -> Result<Written, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
 pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
+pub(crate) type WriteQuads = fn(&Path, Faces<'_>, &WriteOptions) -> Result<Written, Error>;
 
 /// A line of the table.
 #[derive(Debug)]
@@ -79,6 +80,8 @@ pub(crate) struct Row {
     pub(crate) write_particles: Option<WriteParticles>,
     pub(crate) read_mesh: Option<ReadMesh>,
     pub(crate) write_mesh: Option<WriteMesh>,
+    /// For quads beside triangles.
+    pub(crate) write_quads: Option<WriteQuads>,
     pub(crate) open_volume: Option<OpenVolume>,
     pub(crate) write_volume: Option<WriteVolume>,
 }
@@ -92,6 +95,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_ply::write),
         read_mesh: Some(meshes::read_ply::read),
         write_mesh: Some(meshes::write_ply::write),
+        write_quads: Some(meshes::write_ply::write_faces),
         open_volume: None,
         write_volume: None,
     },
@@ -103,6 +107,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_bgeo::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -114,6 +119,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtk::write_particles),
         read_mesh: Some(meshes::read_vtk::read),
         write_mesh: Some(meshes::write_vtk::write),
+        write_quads: Some(meshes::write_vtk::write_faces),
         open_volume: Some(volumes::vtk::open),
         write_volume: Some(volumes::write::vtk),
     },
@@ -125,6 +131,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtu_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtu),
+        write_quads: Some(meshes::write_vtkxml::write_vtu_faces),
         open_volume: None,
         write_volume: None,
     },
@@ -136,6 +143,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_vtkxml::write_vtp_particles),
         read_mesh: Some(meshes::read_vtkxml::read),
         write_mesh: Some(meshes::write_vtkxml::write_vtp),
+        write_quads: Some(meshes::write_vtkxml::write_vtp_faces),
         open_volume: None,
         write_volume: None,
     },
@@ -147,6 +155,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -158,6 +167,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::raw::open_untold),
         write_volume: Some(volumes::write::raw),
     },
@@ -169,6 +179,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_text_xyz::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -180,6 +191,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -191,6 +203,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_csv::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -202,6 +215,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_npy::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::npy::open),
         write_volume: Some(volumes::write::npy),
     },
@@ -213,6 +227,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(meshes::write_npz::write_particles),
         read_mesh: None,
         write_mesh: Some(meshes::write_npz::write),
+        write_quads: None,
         open_volume: Some(volumes::npz::open),
         write_volume: None,
     },
@@ -224,6 +239,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: Some(particles::write_json::write),
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -235,6 +251,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -246,6 +263,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -257,6 +275,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_obj::read),
         write_mesh: Some(meshes::write_obj::write),
+        write_quads: Some(meshes::write_obj::write_faces),
         open_volume: None,
         write_volume: None,
     },
@@ -268,6 +287,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_stl::read),
         write_mesh: Some(meshes::write_stl::write),
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -279,6 +299,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: Some(meshes::read_glb::read),
         write_mesh: Some(meshes::write_glb::write),
+        write_quads: None,
         open_volume: None,
         write_volume: None,
     },
@@ -290,6 +311,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::vti::open),
         write_volume: Some(volumes::write::vti),
     },
@@ -301,6 +323,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::mha::open),
         write_volume: Some(volumes::write::mha),
     },
@@ -312,6 +335,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::nrrd::open),
         write_volume: Some(volumes::write::nrrd),
     },
@@ -323,6 +347,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
+        write_quads: None,
         open_volume: Some(volumes::nifti::open),
         write_volume: Some(volumes::write::nifti),
     },
@@ -345,6 +370,8 @@ pub struct FormatInfo {
     pub reads_meshes: bool,
     /// Whether [`write_mesh`](crate::write_mesh) writes it.
     pub writes_meshes: bool,
+    /// Whether [`write_quad_mesh`](crate::write_quad_mesh) does.
+    pub writes_quads: bool,
     /// Whether [`open_volume`](crate::open_volume) reads it.
     pub reads_volumes: bool,
     /// Whether [`write_volume`](crate::write_volume) writes it.
@@ -361,6 +388,7 @@ pub fn formats() -> impl Iterator<Item = FormatInfo> {
         writes_particles: row.write_particles.is_some(),
         reads_meshes: row.read_mesh.is_some(),
         writes_meshes: row.write_mesh.is_some(),
+        writes_quads: row.write_quads.is_some(),
         reads_volumes: row.open_volume.is_some(),
         writes_volumes: row.write_volume.is_some(),
     })

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::catalog::{self, Format, OpenVolume, ReadMesh, Row, WriteMesh, WriteParticles, WriteVolume};
+use super::catalog::{self, Format, OpenVolume, ReadMesh, Row, WriteMesh, WriteParticles, WriteQuads, WriteVolume};
 use super::foreign::{self, Foreign};
 use crate::error::Error;
 use crate::formats::vtk;
@@ -96,6 +96,12 @@ pub(crate) fn mesh(path: &Path) -> Result<ReadMesh, Error> {
 pub(crate) fn mesh_out(path: &Path) -> Result<WriteMesh, Error> {
     let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_mesh);
     write.ok_or_else(|| unknown(path, "meshes are written to", |row| row.write_mesh.is_some()))
+}
+
+/// The format of a file of quads to be written, from its name alone.
+pub(crate) fn quads_out(path: &Path) -> Result<WriteQuads, Error> {
+    let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_quads);
+    write.ok_or_else(|| unknown(path, "quads are written to", |row| row.write_quads.is_some()))
 }
 
 fn lower_name(path: &Path) -> String {

@@ -1,6 +1,6 @@
 //! What the mesh readers share: polygons to triangles, and positions to an origin with offsets.
 
-use pellicle::{Mesh, VertexAttribute};
+use pellicle::{Carry, Mesh, VertexAttribute};
 
 use crate::particles::{AttributeValues, ParticleAttribute, Particles, PositionData};
 
@@ -35,11 +35,16 @@ pub(super) fn mesh(points: Particles, triangles: Vec<[u32; 3]>) -> Mesh {
             continue;
         }
         let (name, components) = (name.clone(), *components);
+        // Whole numbers are ids, types, flags: a mean of them means nothing.
+        let carry = match attribute.values {
+            AttributeValues::F32(_) | AttributeValues::F64(_) => Carry::Mean,
+            _ => Carry::Nearest,
+        };
         let values = match attribute.values {
             AttributeValues::F32(values) => values,
             _ => attribute.to_f32().into_owned(),
         };
-        mesh.attributes.push(VertexAttribute { name, components, values });
+        mesh.attributes.push(VertexAttribute { name, components, values, carry });
     }
     mesh
 }

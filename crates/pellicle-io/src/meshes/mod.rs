@@ -24,7 +24,7 @@ pub(crate) mod write_vtkxml;
 
 use std::path::Path;
 
-use pellicle::Mesh;
+use pellicle::{Mesh, QuadMesh};
 
 use crate::columns;
 use crate::error::Error;
@@ -82,6 +82,30 @@ pub fn write_mesh(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Wr
     write(path, mesh, options)
 }
 
+/// Writes a mesh of quads and triangles, in the formats of [`write_mesh`] that hold polygons: PLY, OBJ, legacy VTK, VTP and VTU.
+/// Quads come first, then triangles.
+///
+/// # Errors
+/// As [`write_mesh`]; [`Error::Unsupported`] for formats of triangles alone.
+pub fn write_quad_mesh(path: &Path, mesh: &QuadMesh, options: &WriteOptions) -> Result<Written, Error> {
+    let write = detect::quads_out(path)?;
+    check_lengths(path, &mesh.mesh)?;
+    write(path, Faces { mesh: &mesh.mesh, quads: &mesh.quads }, options)
+}
+
+/// A mesh and its quads, as writers take it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Faces<'a> {
+    pub(crate) mesh: &'a Mesh,
+    pub(crate) quads: &'a [[u32; 4]],
+}
+
+impl<'a> From<&'a Mesh> for Faces<'a> {
+    fn from(mesh: &'a Mesh) -> Self {
+        Self { mesh, quads: &[] }
+    }
+}
+
 /// Reads a mesh from PLY, OBJ, STL, legacy VTK, VTP, VTU or binary glTF, by the file's extension. The pieces of a VTK XML
 /// file become one mesh; its cells may be triangles, quads, pixels, polygons and triangle strips, and points and lines are
 /// passed over.
@@ -102,6 +126,14 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, Error> {
 /// [`Error::Unsupported`] if not; its message lists the extensions that are known.
 pub fn check_mesh_format(path: &Path) -> Result<(), Error> {
     detect::mesh_out(path).map(|_| ())
+}
+
+/// Whether [`write_quad_mesh`] can write to the format that the extension of `path` names.
+///
+/// # Errors
+/// [`Error::Unsupported`] if not; its message lists the extensions that can.
+pub fn check_quad_format(path: &Path) -> Result<(), Error> {
+    detect::quads_out(path).map(|_| ())
 }
 
 /// Whether [`write_particles`](crate::write_particles) knows the format that the extension of `path` names.

@@ -238,10 +238,8 @@ fn join(glb: &Glb, parts: &[Part<'_>]) -> Result<Mesh, Error> {
     }
     let has_normals = !parts.is_empty() && parts.iter().all(|part| part.normals.is_some());
     let kept = common_attributes(parts);
-    mesh.attributes = kept
-        .iter()
-        .map(|&(name, components)| VertexAttribute { name: name.into(), components, values: Vec::new() })
-        .collect();
+    mesh.attributes =
+        kept.iter().map(|&(name, components)| VertexAttribute::new(name, components, Vec::new())).collect();
     for part in parts {
         // At most `total`.
         let first = mesh.vertices.len() as u32;
@@ -314,7 +312,7 @@ fn regroup(attributes: Vec<VertexAttribute>, vertices: usize) -> Vec<VertexAttri
         };
         let name = names::from_gltf(&base, components);
         let at = out.iter().position(|a| a.name == name && a.components == components).unwrap_or_else(|| {
-            out.push(VertexAttribute { name, components, values: vec![0.0; vertices * components] });
+            out.push(VertexAttribute::new(name, components, vec![0.0; vertices * components]));
             out.len() - 1
         });
         let to = out[at].values.iter_mut().skip(number).step_by(components);

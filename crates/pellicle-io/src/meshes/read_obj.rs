@@ -141,7 +141,7 @@ impl Builder {
         let mut attributes = Vec::new();
         if self.colors.len() == self.positions.len() && !self.colors.is_empty() {
             let values = self.colors.into_flattened();
-            attributes.push(VertexAttribute { name: "color".into(), components: 3, values });
+            attributes.push(VertexAttribute::new("color", 3, values));
         }
         let (origin, vertices) = place(PositionData::F64(self.positions));
         let normals = if use_normals { self.normals } else { Vec::new() };

@@ -12,7 +12,7 @@ use pellicle::Mesh;
 use rayon::prelude::*;
 
 use super::temporary::Temporary;
-use super::{WriteOptions, one_line};
+use super::{Faces, WriteOptions, one_line};
 use crate::error::Error;
 use crate::output::Written;
 
@@ -22,6 +22,12 @@ const TASK: usize = 1 << 13;
 const BATCH: usize = 64;
 
 pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
+    write_faces(path, mesh.into(), options)
+}
+
+/// The same with quads, which come before the triangles.
+pub(crate) fn write_faces(path: &Path, faces: Faces<'_>, options: &WriteOptions) -> Result<Written, Error> {
+    let Faces { mesh, quads } = faces;
     let color = mesh.attributes.iter().find(|a| a.name == "color" && matches!(a.components, 3 | 4));
     let file = Temporary::create(path)?;
     for comment in &options.comments {
@@ -44,20 +50,8 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
     })?;
     lines(&file, &mesh.normals, |out, _, [x, y, z]| writeln!(out, "vn {x} {y} {z}"))?;
     let has_normals = !mesh.normals.is_empty();
-    lines(&file, &mesh.triangles, |out, _, triangle| {
-        out.push('f');
-        for index in triangle {
-            let digits = Digits::of(u64::from(index) + 1);
-            out.push(' ');
-            out.push_str(digits.text());
-            if has_normals {
-                out.push_str("//");
-                out.push_str(digits.text());
-            }
-        }
-        out.push('\n');
-        Ok(())
-    })?;
+    lines(&file, quads, |out, _, quad| face(out, &quad, has_normals))?;
+    lines(&file, &mesh.triangles, |out, _, triangle| face(out, &triangle, has_normals))?;
     file.finish()?;
     let mut written = Written::default();
     for attribute in &mesh.attributes {
@@ -71,6 +65,22 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
         }
     }
     Ok(written)
+}
+
+/// The line of a face.
+fn face(out: &mut String, corners: &[u32], has_normals: bool) -> std::fmt::Result {
+    out.push('f');
+    for &index in corners {
+        let digits = Digits::of(u64::from(index) + 1);
+        out.push(' ');
+        out.push_str(digits.text());
+        if has_normals {
+            out.push_str("//");
+            out.push_str(digits.text());
+        }
+    }
+    out.push('\n');
+    Ok(())
 }
 
 /// An index in decimals: several times as fast as the formatting of the standard library, and most of a file.

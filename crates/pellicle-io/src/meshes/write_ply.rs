@@ -3,8 +3,8 @@
 //! All records have fixed sizes, so the place of each is known before any is written:
 //!
 //! ```text
-//! header | vertex 0 | vertex 1 | … | triangle 0 | triangle 1 | …
-//!          x y z [nx ny nz] [attributes]   3 a b c     (u8, then three 32-bit indices: 13 bytes)
+//! header | vertex 0 | vertex 1 | … | [quad 0 | …] | triangle 0 | triangle 1 | …
+//!          x y z [nx ny nz] [attributes]   4 a b c d    3 a b c     (u8, then 32-bit indices: 17 or 13 bytes)
 //! ```
 //!
 //! Callers hand over ranges in any order, from several threads, each with a buffer of its own that is reused. Vertices
@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use pellicle::Mesh;
 use rayon::prelude::*;
 
-use super::WriteOptions;
 use super::temporary::Temporary;
+use super::{Faces, WriteOptions};
 use crate::columns::{exceeds_bytes, unit_to_byte};
 use crate::error::Error;
 use crate::output::Written;
@@ -26,6 +26,8 @@ use crate::positional::{reserve, write_all_at};
 
 /// Bytes of a triangle in the file.
 const TRIANGLE: usize = 13;
+/// Bytes of a quad.
+const QUAD: usize = 17;
 /// Values of all attributes of a vertex, at most.
 const MAX_COMPONENTS: usize = 1 << 16;
 /// Bytes formatted between two writes: large enough that threads seldom meet at the lock of the file.
@@ -38,6 +40,8 @@ const DIRECT: usize = 4 << 20;
 pub struct PlyLayout {
     /// Vertices in all.
     pub vertex_count: u64,
+    /// Quads in all, before the triangles.
+    pub quad_count: u64,
     /// Triangles in all.
     pub triangle_count: u64,
     /// Whether each vertex has a normal.
@@ -68,7 +72,7 @@ pub struct PlyFile {
 
 /// Bytes behind the header.
 fn data_len(layout: &PlyLayout, stride: usize) -> u64 {
-    layout.vertex_count * stride as u64 + layout.triangle_count * TRIANGLE as u64
+    layout.vertex_count * stride as u64 + layout.quad_count * QUAD as u64 + layout.triangle_count * TRIANGLE as u64
 }
 
 impl PlyFile {
@@ -153,18 +157,39 @@ impl PlyFile {
     /// [`Error::Length`] if they do not fit into the layout, [`Error::Sink`].
     pub fn write_triangles(&self, first: u64, triangles: &[[u32; 3]], buffer: &mut Vec<u8>) -> Result<(), Error> {
         self.check_range("the range of triangles", first, triangles.len(), self.layout.triangle_count)?;
-        let start = self.header + self.layout.vertex_count * self.stride as u64 + first * TRIANGLE as u64;
-        let per_chunk = CHUNK / TRIANGLE;
-        buffer.resize(per_chunk.min(triangles.len()) * TRIANGLE, 0);
-        for (i, chunk) in triangles.chunks(per_chunk).enumerate() {
-            let bytes = &mut buffer[..chunk.len() * TRIANGLE];
-            for (to, &[a, b, c]) in bytes.chunks_exact_mut(TRIANGLE).zip(chunk) {
-                to[0] = 3;
-                to[1..5].copy_from_slice(&a.to_le_bytes());
-                to[5..9].copy_from_slice(&b.to_le_bytes());
-                to[9..13].copy_from_slice(&c.to_le_bytes());
+        let quads = self.layout.quad_count * QUAD as u64;
+        let start = self.header + self.layout.vertex_count * self.stride as u64 + quads;
+        self.write_faces::<3, TRIANGLE>(start + first * TRIANGLE as u64, triangles, buffer)
+    }
+
+    /// Writes the quads from number `first` on. `buffer` is scratch.
+    ///
+    /// # Errors
+    /// As [`write_triangles`](Self::write_triangles).
+    pub fn write_quads(&self, first: u64, quads: &[[u32; 4]], buffer: &mut Vec<u8>) -> Result<(), Error> {
+        self.check_range("the range of quads", first, quads.len(), self.layout.quad_count)?;
+        let start = self.header + self.layout.vertex_count * self.stride as u64;
+        self.write_faces::<4, QUAD>(start + first * QUAD as u64, quads, buffer)
+    }
+
+    /// Writes faces of `N` corners, `BYTES` each.
+    fn write_faces<const N: usize, const BYTES: usize>(
+        &self,
+        start: u64,
+        faces: &[[u32; N]],
+        buffer: &mut Vec<u8>,
+    ) -> Result<(), Error> {
+        let per_chunk = CHUNK / BYTES;
+        buffer.resize(per_chunk.min(faces.len()) * BYTES, 0);
+        for (i, chunk) in faces.chunks(per_chunk).enumerate() {
+            let bytes = &mut buffer[..chunk.len() * BYTES];
+            for (to, corners) in bytes.chunks_exact_mut(BYTES).zip(chunk) {
+                to[0] = N as u8;
+                for (to, corner) in to[1..].chunks_exact_mut(4).zip(corners) {
+                    to.copy_from_slice(&corner.to_le_bytes());
+                }
             }
-            self.write(bytes, start + (i * per_chunk * TRIANGLE) as u64)?;
+            self.write(bytes, start + (i * per_chunk * BYTES) as u64)?;
         }
         Ok(())
     }
@@ -277,7 +302,7 @@ fn header(layout: &PlyLayout) -> String {
     }
     // The bytes of an index are the same; int is what most programs expect.
     let index = if layout.vertex_count > 1 << 31 { "uint" } else { "int" };
-    let _ = writeln!(text, "element face {}", layout.triangle_count);
+    let _ = writeln!(text, "element face {}", layout.quad_count + layout.triangle_count);
     let _ = writeln!(text, "property list uchar {index} vertex_indices\nend_header");
     text
 }
@@ -308,8 +333,15 @@ pub(crate) fn property_names(name: &str, components: usize, has_normals: bool) -
 
 /// Writes a whole mesh.
 pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
+    write_faces(path, mesh.into(), options)
+}
+
+/// The same with quads.
+pub(crate) fn write_faces(path: &Path, faces: Faces<'_>, options: &WriteOptions) -> Result<Written, Error> {
+    let Faces { mesh, quads } = faces;
     let layout = PlyLayout {
         vertex_count: mesh.vertices.len() as u64,
+        quad_count: quads.len() as u64,
         triangle_count: mesh.triangles.len() as u64,
         normals: !mesh.normals.is_empty(),
         attributes: mesh.attributes.iter().map(|a| (a.name.clone(), a.components)).collect(),
@@ -327,6 +359,10 @@ pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<
             mesh.attributes.iter().map(|a| &a.values[range.start * a.components..range.end * a.components]).collect();
         file.write_vertices(range.start as u64, positions, normals, &attributes, buffer)
     })?;
+    quads
+        .par_chunks(TASK)
+        .enumerate()
+        .try_for_each_init(Vec::new, |buffer, (i, quads)| file.write_quads((i * TASK) as u64, quads, buffer))?;
     mesh.triangles.par_chunks(TASK).enumerate().try_for_each_init(Vec::new, |buffer, (i, triangles)| {
         file.write_triangles((i * TASK) as u64, triangles, buffer)
     })?;

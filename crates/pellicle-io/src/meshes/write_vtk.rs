@@ -5,7 +5,7 @@ use std::path::Path;
 
 use pellicle::Mesh;
 
-use super::{WriteOptions, one_line};
+use super::{Faces, WriteOptions, one_line};
 use crate::columns::{Points, Records, Values};
 use crate::error::Error;
 use crate::formats::catalog::Format;
@@ -19,10 +19,20 @@ const MAX_TITLE: usize = 255;
 const MAX_CELLS: u64 = 1 << 31;
 
 pub(crate) fn write(path: &Path, mesh: &Mesh, options: &WriteOptions) -> Result<Written, Error> {
-    let triangles = mesh.triangles.len();
-    let corners = Values::U32(mesh.triangles.as_flattened());
-    let cells = Records::new(vec![(1, Values::Count { start: 3, step: 0, len: triangles }), (3, corners)]);
-    write_points(path, &Points::of_mesh(mesh), "POLYGONS", triangles, &cells, options)
+    write_faces(path, mesh.into(), options)
+}
+
+/// The same with quads, which come before the triangles.
+pub(crate) fn write_faces(path: &Path, faces: Faces<'_>, options: &WriteOptions) -> Result<Written, Error> {
+    let Faces { mesh, quads } = faces;
+    let polygons = |corners: usize, len: usize, values| {
+        (Records::new(vec![(1, Values::Count { start: corners as u32, step: 0, len }), (corners, values)]), len)
+    };
+    let cells = [
+        polygons(4, quads.len(), Values::U32(quads.as_flattened())),
+        polygons(3, mesh.triangles.len(), Values::U32(mesh.triangles.as_flattened())),
+    ];
+    write_points(path, &Points::of_mesh(mesh), "POLYGONS", &cells, options)
 }
 
 pub(crate) fn write_particles(path: &Path, particles: &Particles, options: &WriteOptions) -> Result<Written, Error> {
@@ -30,18 +40,18 @@ pub(crate) fn write_particles(path: &Path, particles: &Particles, options: &Writ
     let len = points.count;
     let one = Values::Count { start: 1, step: 0, len };
     let cells = Records::new(vec![(1, one), (1, Values::Count { start: 0, step: 1, len })]);
-    write_points(path, &points, "VERTICES", len, &cells, options)
+    write_points(path, &points, "VERTICES", &[(cells, len)], options)
 }
 
 fn write_points(
     path: &Path,
     points: &Points<'_>,
     keyword: &str,
-    count: usize,
-    cells: &Records<'_>,
+    cells: &[(Records<'_>, usize)],
     options: &WriteOptions,
 ) -> Result<Written, Error> {
-    let size = count as u64 * (cells.stride / 4) as u64;
+    let count: usize = cells.iter().map(|(_, len)| len).sum();
+    let size: u64 = cells.iter().map(|(records, len)| *len as u64 * (records.stride / 4) as u64).sum();
     for (what, needed) in [("points with indices of 31 bits", points.count as u64), ("numbers in cells", size)] {
         if needed > MAX_CELLS {
             return Err(Error::TooLarge { path: path.into(), what, needed, available: MAX_CELLS });
@@ -52,7 +62,9 @@ fn write_points(
     out.bytes(format!("POINTS {} {}\n", points.count, type_name(points.positions)).as_bytes())?;
     out.array(points.positions, Endian::Big)?;
     out.bytes(format!("\n{keyword} {count} {size}\n").as_bytes())?;
-    out.records(cells, count, Endian::Big)?;
+    for (records, len) in cells {
+        out.records(records, *len, Endian::Big)?;
+    }
     out.bytes(format!("\nPOINT_DATA {}\n", points.count).as_bytes())?;
     let names = points.names(Format::Vtk, &[]);
     let (mut normals, mut fields) = (Vec::new(), Vec::new());

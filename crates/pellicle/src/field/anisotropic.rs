@@ -200,6 +200,7 @@ fn rest<S: Simd>(s: S, q: [S::F; 3]) -> S::F {
 impl Field for Anisotropic {
     const COLUMNS: usize = COLUMNS;
     const PLANES: usize = 4;
+    const ADDITIVE: bool = true;
     const REACH: Option<usize> = Some(7);
     type Sums<S: Simd> = S::F;
     type Slope<S: Simd> = [S::F; 3];

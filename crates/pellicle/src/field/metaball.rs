@@ -34,6 +34,7 @@ impl<W: Falloff, const OWN: bool> Metaballs<W, OWN> {
 impl<W: Falloff, const OWN: bool> Field for Metaballs<W, OWN> {
     const COLUMNS: usize = if OWN { 3 } else { 0 };
     const PLANES: usize = 4;
+    const ADDITIVE: bool = true;
     const REACH: Option<usize> = if OWN { Some(2) } else { None };
     type Sums<S: Simd> = S::F;
     type Slope<S: Simd> = [S::F; 3];

@@ -71,6 +71,8 @@ pub(crate) trait Field: Send + Sync {
     const REACH: Option<usize> = None;
     /// Whether [`aim`](Self::aim) and [`clearance`](Self::clearance) prove places to be outside.
     const PROVES: bool = false;
+    /// Whether the value is a sum over the particles and [`gradient`](Self::gradient) that of what each brings.
+    const ADDITIVE: bool = false;
     /// Whether the gradient needs a second pass over the particles.
     const BENDS: bool = false;
     /// Sums of 16 nodes.

@@ -21,6 +21,7 @@ pub(crate) struct Sph {
 impl Field for Sph {
     const COLUMNS: usize = 1;
     const PLANES: usize = 4;
+    const ADDITIVE: bool = true;
     type Sums<S: Simd> = S::F;
     type Slope<S: Simd> = [S::F; 3];
     type Bend<S: Simd> = ();
@@ -102,6 +103,7 @@ pub(crate) struct SphOfRadii {
 impl Field for SphOfRadii {
     const COLUMNS: usize = 3;
     const PLANES: usize = 4;
+    const ADDITIVE: bool = true;
     const REACH: Option<usize> = Some(2);
     type Sums<S: Simd> = S::F;
     type Slope<S: Simd> = [S::F; 3];

@@ -9,6 +9,7 @@ mod scalar;
 pub(crate) mod simd;
 #[cfg(test)]
 mod tests;
+pub(crate) mod walled;
 
 use crate::{
     lattice::{BRICK, Coord, OCTET},

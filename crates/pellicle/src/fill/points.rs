@@ -172,6 +172,14 @@ impl<F: Field> Kernel for Interpolate<'_, F> {
                 }
                 return;
             }
+            if attribute.carry == Carry::NormalSpeed {
+                let mut lanes = [0.0; LANES];
+                s.store(normal_speed(s, field, at, near, &columns, attribute.values), &mut lanes);
+                for (vertex, speed) in range.zip(lanes) {
+                    to[vertex] = speed;
+                }
+                return;
+            }
             for first in (0..components).step_by(BATCH) {
                 let batch = BATCH.min(components - first);
                 let (mut total, mut sums) = (s.splat(f32::MIN_POSITIVE), [s.splat(0.0); BATCH]);
@@ -194,6 +202,69 @@ impl<F: Field> Kernel for Interpolate<'_, F> {
             }
         });
     }
+}
+
+/// Speed of the surface along its outward normal at 16 points; 0 where there is no gradient. The last column is the
+/// caller's index of a particle.
+#[inline(always)]
+fn normal_speed<S: Simd, F: Field>(
+    s: S,
+    field: &F,
+    at: [S::F; 3],
+    near: &Candidates,
+    columns: &[&[f32]; MAX_COLUMNS],
+    velocities: &[f32],
+) -> S::F {
+    let zero = s.splat(0.0);
+    let mut slope = field.flat(s);
+    let (mut total, mut mean, mut rate) = (s.splat(f32::MIN_POSITIVE), [zero; 3], zero);
+    for particle in 0..near.len() {
+        let (d, dist_sq) = distance(s, at, near.axes(), particle);
+        let row = Row { columns, particle };
+        field.add_slope(s, &mut slope, d, dist_sq, row);
+        let v = &velocities[columns[F::COLUMNS][particle].to_bits() as usize * 3..][..3];
+        if F::ADDITIVE {
+            let mut own = field.flat(s);
+            field.add_slope(s, &mut own, d, dist_sq, row);
+            let bend = field.bend(s, &own);
+            let own = field.gradient(s, own, bend);
+            rate = s.add(rate, along(s, own, v));
+        } else {
+            let w = field.weight(s, d, dist_sq, row);
+            total = s.add(total, w);
+            mean[0] = s.add(mean[0], s.mul(w, s.splat(v[0])));
+            mean[1] = s.add(mean[1], s.mul(w, s.splat(v[1])));
+            mean[2] = s.add(mean[2], s.mul(w, s.splat(v[2])));
+        }
+    }
+    let mut bend = field.bend(s, &slope);
+    if F::BENDS {
+        for particle in 0..near.len() {
+            let (d, dist_sq) = distance(s, at, near.axes(), particle);
+            field.add_bend(s, &mut bend, d, dist_sq, Row { columns, particle });
+        }
+    }
+    let gradient = field.gradient(s, slope, bend);
+    let n = normal(s, gradient);
+    if F::ADDITIVE {
+        let size_sq = dot(s, gradient, gradient);
+        let size = s.sqrt(s.max(size_sq, s.splat(f32::MIN_POSITIVE)));
+        s.div(s.sub(zero, rate), size)
+    } else {
+        s.div(dot(s, mean, n), total)
+    }
+}
+
+/// Product of two vectors at 16 points.
+#[inline(always)]
+fn dot<S: Simd>(s: S, a: [S::F; 3], b: [S::F; 3]) -> S::F {
+    s.add(s.add(s.mul(a[0], b[0]), s.mul(a[1], b[1])), s.mul(a[2], b[2]))
+}
+
+/// The same with one vector for all.
+#[inline(always)]
+fn along<S: Simd>(s: S, a: [S::F; 3], v: &[f32]) -> S::F {
+    dot(s, a, [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])])
 }
 
 /// The nearest candidate of each of 16 points; of equally near ones the first in canonical order.

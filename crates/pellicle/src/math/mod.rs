@@ -6,5 +6,6 @@ pub(crate) mod jacobi;
 pub(crate) mod memory;
 pub(crate) mod ranges;
 pub mod simd;
+pub(crate) mod tree;
 pub(crate) mod union_find;
 pub(crate) mod vector;

@@ -9,12 +9,15 @@
 //! first order near the surface. The same input gives the same numbers, to the last bit, for any thread count.
 //!
 //! Source: Cignoni, Rocchini, Scopigno, Metro: measuring error on simplified surfaces, 1998, for the sampling and both
-//! directions; Ericson, Real-time collision detection, 2005, section 5.1.5, for the closest point by regions.
+//! directions.
 
 use rayon::prelude::*;
 
 use super::{Mesh, quality::corners};
-use crate::math::vector::{add_scaled, cross, dot, length, subtract};
+use crate::math::{
+    tree::Tree,
+    vector::{add_scaled, cross, length, subtract},
+};
 
 /// Triangles sampled by one task. Fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 1 << 10;
@@ -83,7 +86,7 @@ impl Deviation {
 
     /// Distances to the nearest point of `reference`. All are infinite, hence skipped, when that has no triangle.
     pub fn from_mesh(mesh: &Mesh, samples: usize, reference: &Mesh) -> Self {
-        let tree = Tree::of(reference);
+        let tree = Tree::of(reference.world_triangles());
         // Samples come in runs of near ones: the last nearest triangle bounds the search for the next.
         Self::with(mesh, samples, || 0, |last, position| tree.distance(position, last))
     }
@@ -184,128 +187,6 @@ fn for_each_sample(corners: [[f64; 3]; 3], area_a_sample: f64, mut visit: impl F
             }
         }
     }
-}
-
-/// A box of triangles: a leaf holds them, another node is followed by its lower half.
-struct Node {
-    low: [f64; 3],
-    high: [f64; 3],
-    /// Of a leaf: first triangle. Else the node of the upper half.
-    next: u32,
-    /// Triangles of a leaf, 0 for other nodes.
-    len: u32,
-}
-
-/// Triangles in a tree of boxes, halved at the median of the longest side.
-struct Tree {
-    nodes: Vec<Node>,
-    triangles: Vec<[[f64; 3]; 3]>,
-}
-
-/// Most triangles of a leaf.
-const LEAF: usize = 4;
-
-impl Tree {
-    fn of(mesh: &Mesh) -> Self {
-        let world = |offset| add_scaled(mesh.origin, offset, 1.0);
-        let triangles = mesh.triangles.par_iter().filter_map(|&t| corners(mesh, t)).map(|t| t.map(world)).collect();
-        let mut tree = Self { nodes: Vec::new(), triangles };
-        let mut triangles = std::mem::take(&mut tree.triangles);
-        if !triangles.is_empty() {
-            tree.build(&mut triangles, 0);
-        }
-        tree.triangles = triangles;
-        tree
-    }
-
-    fn build(&mut self, triangles: &mut [[[f64; 3]; 3]], first: usize) {
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for corner in triangles.iter().flatten() {
-            for a in 0..3 {
-                low[a] = low[a].min(corner[a]);
-                high[a] = high[a].max(corner[a]);
-            }
-        }
-        let node = self.nodes.len();
-        self.nodes.push(Node { low, high, next: first as u32, len: triangles.len() as u32 });
-        if triangles.len() <= LEAF {
-            return;
-        }
-        let side = subtract(high, low);
-        let axis = (1..3).fold(0, |best, a| if side[a] > side[best] { a } else { best });
-        let middle = |t: &[[f64; 3]; 3]| t[0][axis] + t[1][axis] + t[2][axis];
-        let half = triangles.len() / 2;
-        triangles.select_nth_unstable_by(half, |a, b| middle(a).total_cmp(&middle(b)));
-        let (lower, upper) = triangles.split_at_mut(half);
-        self.build(lower, first);
-        (self.nodes[node].next, self.nodes[node].len) = (self.nodes.len() as u32, 0);
-        self.build(upper, first + half);
-    }
-
-    /// Distance to the nearest triangle, whose number `last` becomes. Infinite without triangles.
-    fn distance(&self, from: [f64; 3], last: &mut usize) -> f64 {
-        let Some(triangle) = self.triangles.get(*last) else { return f64::INFINITY };
-        let mut best = distance_sq(from, *triangle);
-        // The tree is balanced, so its depth is at most 32 halvings of 2³² triangles.
-        let mut stack = [(0u32, 0.0f64); 64];
-        let mut len = 1;
-        stack[0] = (0, self.box_distance_sq(0, from));
-        while len > 0 {
-            len -= 1;
-            let (index, bound) = stack[len];
-            if bound >= best {
-                continue;
-            }
-            let node = &self.nodes[index as usize];
-            if node.len > 0 {
-                for i in node.next as usize..(node.next + node.len) as usize {
-                    let distance = distance_sq(from, self.triangles[i]);
-                    if distance < best {
-                        (best, *last) = (distance, i);
-                    }
-                }
-                continue;
-            }
-            let mut halves = [index + 1, node.next].map(|half| (half, self.box_distance_sq(half as usize, from)));
-            if halves[0].1 < halves[1].1 {
-                halves.swap(0, 1);
-            }
-            stack[len..len + 2].copy_from_slice(&halves);
-            len += 2;
-        }
-        best.sqrt()
-    }
-
-    fn box_distance_sq(&self, node: usize, from: [f64; 3]) -> f64 {
-        let Node { low, high, .. } = &self.nodes[node];
-        (0..3).map(|a| (low[a] - from[a]).max(from[a] - high[a]).max(0.0).powi(2)).sum()
-    }
-}
-
-/// Squared distance from a point to a triangle, by the region of its plane that the point is over.
-fn distance_sq(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> f64 {
-    let to = |q: [f64; 3]| {
-        let d = subtract(p, q);
-        dot(d, d)
-    };
-    let (ab, ac, ap) = (subtract(b, a), subtract(c, a), subtract(p, a));
-    let normal = cross(ab, ac);
-    let size = dot(normal, normal);
-    if size > 0.0 {
-        // Barycentric coordinates of the projection to the plane.
-        let v = dot(cross(ap, ac), normal) / size;
-        let w = dot(cross(ab, ap), normal) / size;
-        if v >= 0.0 && w >= 0.0 && v + w <= 1.0 {
-            return dot(ap, normal).powi(2) / size;
-        }
-    }
-    let on_side = |q: [f64; 3], r: [f64; 3]| {
-        let (side, from) = (subtract(r, q), subtract(p, q));
-        let size = dot(side, side);
-        let t = if size > 0.0 { (dot(from, side) / size).clamp(0.0, 1.0) } else { 0.0 };
-        to(add_scaled(q, side, t))
-    };
-    on_side(a, b).min(on_side(b, c)).min(on_side(c, a))
 }
 
 #[cfg(test)]

@@ -16,6 +16,11 @@ pub use labelled::LabelMesh;
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
+use quality::corners;
+use rayon::prelude::*;
+
+use crate::{Carry, math::vector::add_scaled};
+
 /// A values-per-vertex channel, such as a velocity.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VertexAttribute {
@@ -25,6 +30,15 @@ pub struct VertexAttribute {
     pub components: usize,
     /// `components` values per vertex, vertex after vertex.
     pub values: Vec<f32>,
+    /// How a vertex that is made from others gets its value: between theirs, or the nearest one's.
+    pub carry: Carry,
+}
+
+impl VertexAttribute {
+    /// A channel that is interpolated.
+    pub fn new(name: impl Into<String>, components: usize, values: Vec<f32>) -> Self {
+        Self { name: name.into(), components, values, carry: Carry::Mean }
+    }
 }
 
 /// An indexed triangle mesh.
@@ -42,6 +56,27 @@ pub struct Mesh {
     pub attributes: Vec<VertexAttribute>,
 }
 
+/// A mesh of quads and triangles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct QuadMesh {
+    /// Vertices with what they carry, and the triangles that are no part of a quad.
+    pub mesh: Mesh,
+    /// Vertex indices, counter-clockwise seen from outside. Along the diagonal from the first corner to the third a quad may
+    /// be cut into triangles.
+    pub quads: Vec<[u32; 4]>,
+}
+
+impl QuadMesh {
+    /// Triangles alone: those of the quads first, each cut along its diagonal from the first corner.
+    pub fn triangulated(&self) -> Mesh {
+        let halves = self.quads.par_iter().flat_map_iter(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+        let triangles = halves.chain(self.mesh.triangles.par_iter().copied()).collect();
+        let Mesh { origin, vertices, normals, attributes, .. } = &self.mesh;
+        let (vertices, normals, attributes) = (vertices.clone(), normals.clone(), attributes.clone());
+        Mesh { origin: *origin, vertices, normals, triangles, attributes }
+    }
+}
+
 impl Mesh {
     /// World position of one vertex.
     ///
@@ -50,5 +85,11 @@ impl Mesh {
     pub fn position(&self, vertex: usize) -> [f64; 3] {
         let v = self.vertices[vertex];
         std::array::from_fn(|a| self.origin[a] + f64::from(v[a]))
+    }
+
+    /// The corners of all triangles in the world, but those that are not finite or name no vertex.
+    pub fn world_triangles(&self) -> Vec<[[f64; 3]; 3]> {
+        let world = |offset| add_scaled(self.origin, offset, 1.0);
+        self.triangles.par_iter().filter_map(|&t| corners(self, t)).map(|t| t.map(world)).collect()
     }
 }

@@ -1,8 +1,10 @@
 //! What the caller hands in: borrowed views of positions and attributes. Nothing is copied here.
 
 mod spacing;
+pub(crate) mod walls;
 
 pub use spacing::infer_radius;
+pub use walls::{Ghosts, Solid, Walls};
 
 use crate::Error;
 
@@ -163,15 +165,49 @@ impl<'a> Attribute<'a> {
     pub fn new(name: &'a str, components: usize, values: &'a [f32]) -> Self {
         Self { name, components, values, carry: Carry::Mean }
     }
+
+    /// How fast the surface moves along its outward normal, one number a vertex, from the particles' velocities, three a
+    /// particle; in their unit. See [`Carry::NormalSpeed`].
+    ///
+    /// ```
+    /// # use pellicle::{Attribute, Control, Params, Reconstructor};
+    /// // A drop that falls.
+    /// let (positions, velocities) = ([[0.0f32; 3]], [0.0, 0.0, -2.0]);
+    /// let attributes = [Attribute::normal_speed("normal_velocity", &velocities)];
+    /// let (params, control) = (Params { normals: true, ..Params::new(0.05) }, Control::default());
+    /// let mut reconstructor = Reconstructor::new();
+    /// let mesh = reconstructor.extract((&positions).into(), &attributes, &params, &control)?.to_mesh()?;
+    /// for (speed, normal) in mesh.attributes[0].values.iter().zip(&mesh.normals) {
+    ///     assert!((speed - -2.0 * normal[2]).abs() < 1e-5);
+    /// }
+    /// # Ok::<(), pellicle::Error>(())
+    /// ```
+    pub fn normal_speed(name: &'a str, velocities: &'a [f32]) -> Self {
+        Self { name, components: 3, values: velocities, carry: Carry::NormalSpeed }
+    }
+
+    /// Numbers per vertex: as many as per particle, but for a speed one.
+    pub fn width(&self) -> usize {
+        if self.carry == Carry::NormalSpeed { 1 } else { self.components }
+    }
+
+    /// How vertices made from others get theirs: once it is there a speed is a number like any other.
+    pub fn carry_on(&self) -> Carry {
+        if self.carry == Carry::NormalSpeed { Carry::Mean } else { self.carry }
+    }
 }
 
-/// How a vertex gets its value of an attribute from the particles around.
+/// How a vertex gets its value of an attribute: from the particles around, later from vertices that it takes the place of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Carry {
-    /// Their mean, weighted by what each contributes to the field.
+    /// Their mean, weighted by what each contributes to the field, or by how near each vertex is.
     #[default]
     Mean,
     /// The nearest one's: for ids and types, whose mean means nothing. Of equally near ones the first in canonical order
-    /// (by cell, then by index) counts.
+    /// (by cell, then by index) counts, of vertices the first.
     Nearest,
+    /// Of particle velocities: the speed of the surface along its outward normal, one number. Where the field is a sum over
+    /// the particles (SPH, anisotropic, metaballs), that of the level set: φ_t/|∇φ| with φ_t = −Σ ∇w_i·v_i, what each particle
+    /// brings held fixed. Else the normal part of their weighted mean. Of vertices the mean.
+    NormalSpeed,
 }

@@ -17,15 +17,21 @@ pub use labels::{LabelParams, contour_labels};
 pub use surface::{Chunk, Surface};
 pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function_tetrahedra, contour_tetrahedra};
 
+use std::sync::Arc;
+
 use chosen::{Chosen, Moved};
 
 use crate::{
-    Attribute, Band, Control, Error, Mesh, Params, Positions, Stage,
+    Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
         band::{self, Budget},
         store::Source,
     },
-    fill::{any::AnyField, brick_origin},
+    fill::{
+        any::AnyField,
+        brick_origin,
+        walled::{WallLattice, Walled},
+    },
     lattice::{Lattice, OCTET},
     lookup::cells::Cells,
     march::cubes::{count::Counted, emit::Frame},
@@ -62,12 +68,18 @@ pub struct Reconstructor {
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
+    walls: Option<Arc<Walls>>,
 }
 
 impl Reconstructor {
     /// With no memory yet.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Walls that the surfaces to come are cut at; see [`Walls`], also for the particles that must be mirrored before.
+    pub fn set_walls(&mut self, walls: Option<Arc<Walls>>) {
+        self.walls = walls.filter(|walls| !walls.is_empty());
     }
 
     /// Finds and counts the surface of the particles; the result writes it, whole or in chunks. Runs in the current rayon
@@ -127,6 +139,10 @@ impl Reconstructor {
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
         Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
+    }
+
+    fn wall_lattice(&self, spacing: f64) -> Option<WallLattice> {
+        self.walls.clone().map(|walls| WallLattice { walls, spacing })
     }
 
     /// Cuts the octets into chunks of a few thousand vertices: enough to share among threads, few enough to stay in the
@@ -194,6 +210,9 @@ impl<'a> Sorted<'a> {
         job.control.begin(Stage::Density)?;
         job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
+        if let Some(lattice) = job.from.wall_lattice(job.lattice.spacing) {
+            job.field = Box::new(Walled { field: job.field, lattice, support: job.lattice.support });
+        }
         Ok(Weighed(job))
     }
 }
@@ -258,7 +277,8 @@ impl<'a> Sampled<'a> {
         control.check()?;
         from.cut_chunks();
         let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
-        Ok(Surface { from, unit, field, lattice, frame, params, attributes, control })
+        let walls = from.wall_lattice(lattice.spacing);
+        Ok(Surface { from, unit, field, lattice, walls, frame, params, attributes, control })
     }
 }
 
@@ -278,6 +298,10 @@ fn check_attributes(attributes: &[Attribute<'_>], particles: usize) -> Result<()
         if attribute.components == 0 || attribute.values.len() != expected {
             let what = format!("attribute {} with {} components", attribute.name, attribute.components);
             return Err(Error::Length { what, found: attribute.values.len(), expected });
+        }
+        if attribute.carry == Carry::NormalSpeed && attribute.components != 3 {
+            let what = format!("a velocity of {}", attribute.name);
+            return Err(Error::Length { what, found: attribute.components, expected: 3 });
         }
     }
     Ok(())

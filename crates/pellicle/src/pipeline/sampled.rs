@@ -31,7 +31,7 @@ impl Sampled<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for another split, [`Error::Memory`] when a limit kept the samples from being kept,
+    /// [`Error::Parameter`] for another split or where there are walls, [`Error::Memory`] when a limit kept the samples from being kept,
     /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
     pub fn tetrahedra(self, split: Tetrahedra) -> Result<(Mesh, Stats), Error> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
@@ -43,6 +43,10 @@ impl Sampled<'_> {
                 return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
             }
         };
+        if from.walls.is_some() {
+            let must = "marching cubes where there are walls: the others know of no edge that a wall cuts";
+            return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
+        }
         if !from.band.has_values {
             let needed = size_of::<[f32; 64]>() as u64 * from.band.fine.len() as u64;
             let what = "keeping all samples near the surface, as tetrahedra ask,";
@@ -69,12 +73,15 @@ impl Sampled<'_> {
             points.write(&mesh.vertices, 1, &mut mesh.normals, |of, to| field.normals(unit, of, &columns, to));
         }
         for attribute in attributes {
-            let components = attribute.components;
+            let components = attribute.width();
             let mut values = vec![0.0; mesh.vertices.len() * components];
             let interpolate =
                 |of: OctetVertices<'_>, to: &mut [f32]| field.interpolate(unit, of, &columns, attribute, to);
             points.write(&mesh.vertices, components, &mut values, interpolate);
-            mesh.attributes.push(VertexAttribute { name: attribute.name.to_owned(), components, values });
+            mesh.attributes.push(VertexAttribute {
+                carry: attribute.carry_on(),
+                ..VertexAttribute::new(attribute.name, components, values)
+            });
         }
         control.check()?;
         let stats = Stats {
@@ -99,7 +106,7 @@ fn check_memory(
     // Values, and what numbering keeps of a brick.
     const BYTES_PER_BRICK: u64 = 256 + 128;
     let per_vertex =
-        12 * (1 + usize::from(params.normals)) + 4 * attributes.iter().map(|a| a.components).sum::<usize>();
+        12 * (1 + usize::from(params.normals)) + 4 * attributes.iter().map(Attribute::width).sum::<usize>();
     let mesh = surface.vertices() * per_vertex + surface.triangles() * 12;
     let held = Store::<1>::bytes(store.octet_count(), store.len()) + BYTES_PER_BRICK * store.len() as u64;
     match params.max_memory {

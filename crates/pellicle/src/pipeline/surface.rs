@@ -8,7 +8,7 @@ use super::{Reconstructor, chosen};
 use crate::{
     Attribute, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
     bricks::store::{Source, Store},
-    fill::{Scratch, Values, any::AnyField, points::OctetVertices},
+    fill::{Scratch, Values, any::AnyField, points::OctetVertices, walled::WallLattice},
     lattice::Lattice,
     lookup::cells::Cells,
     march::cubes::{
@@ -24,6 +24,7 @@ pub struct Surface<'a> {
     pub(super) unit: Unit,
     pub(super) field: Box<dyn AnyField>,
     pub(super) lattice: Lattice,
+    pub(super) walls: Option<WallLattice>,
     pub(super) frame: Frame,
     pub(super) params: &'a Params,
     pub(super) attributes: &'a [Attribute<'a>],
@@ -114,9 +115,9 @@ impl Surface<'_> {
         mesh.attributes.resize_with(self.attributes.len(), VertexAttribute::default);
         for (from, to) in self.attributes.iter().zip(&mut mesh.attributes) {
             from.name.clone_into(&mut to.name);
-            to.components = from.components;
-            grow(&mut to.values, vertices.len() * from.components, 0.0);
-            let first_value = |chunk: usize| first_vertex(chunk) * from.components;
+            (to.components, to.carry) = (from.width(), from.carry_on());
+            grow(&mut to.values, vertices.len() * from.width(), 0.0);
+            let first_value = |chunk: usize| first_vertex(chunk) * from.width();
             let work = |i: usize, to: &mut [_]| self.interpolate(i, from, of(i), to);
             for_each_part(chunks.clone(), &mut to.values[..], &first_value, &work);
         }
@@ -143,7 +144,7 @@ impl Surface<'_> {
     /// Whether the whole mesh fits in what the limit leaves.
     fn check_mesh_fits(&self) -> Result<(), Error> {
         let per_vertex = 1 + usize::from(self.params.normals);
-        let values: usize = self.attributes.iter().map(|a| a.components).sum();
+        let values: usize = self.attributes.iter().map(Attribute::width).sum();
         let mesh = self.vertex_count() * (12 * per_vertex + 4 * values) + self.triangle_count() * 12;
         let needed = self.held() + mesh as u64;
         match self.params.max_memory {
@@ -182,7 +183,7 @@ impl Surface<'_> {
         }
         chunk.attributes.resize_with(self.attributes.len(), Vec::new);
         for (from, to) in self.attributes.iter().zip(&mut chunk.attributes) {
-            to.resize(chunk.vertices.len() * from.components, 0.0);
+            to.resize(chunk.vertices.len() * from.width(), 0.0);
             self.interpolate(i, from, &chunk.vertices, to);
         }
     }
@@ -214,8 +215,8 @@ impl Surface<'_> {
         let Reconstructor { counted, band, .. } = self.from;
         for (part, next) in self.parts(chunk) {
             let own = take(&mut to, (next.first_vertex - part.first_vertex) as usize);
-            let (iso, frame) = (self.field.iso(), self.frame);
-            self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, to: own });
+            let (iso, frame, walls) = (self.field.iso(), self.frame, self.walls.as_ref());
+            self.unit.run(Vertices { store: &band.fine, values, counted, part, iso, frame, walls, to: own });
         }
     }
 
@@ -233,7 +234,11 @@ impl Surface<'_> {
         let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
             let own = take(&mut to, of.vertices.len());
+            let (octet, vertices) = (of.octet, of.vertices);
             self.field.normals(self.unit, of, &columns, own);
+            if let Some(walls) = &self.walls {
+                walls.face(octet, self.origin(), vertices, own);
+            }
         });
     }
 
@@ -241,7 +246,7 @@ impl Surface<'_> {
     fn interpolate(&self, chunk: usize, attribute: &Attribute<'_>, vertices: &[[f32; 3]], mut to: &mut [f32]) {
         let columns = chosen::slices(&self.from.columns);
         self.for_each_octet(chunk, vertices, |of| {
-            let own = take(&mut to, of.vertices.len() * attribute.components);
+            let own = take(&mut to, of.vertices.len() * attribute.width());
             self.field.interpolate(self.unit, of, &columns, attribute, own);
         });
     }

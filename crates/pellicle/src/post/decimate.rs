@@ -13,7 +13,7 @@
 //! An edge stays when the surface would change its topology (the link condition), a triangle would turn by more than 78
 //! degrees or lose its shape, or one of its ends is at an open border or where more than two triangles share an edge. So a
 //! closed manifold stays one, with the same components and genus, and borders stay as they are. Attributes and normals are
-//! interpolated along the edge.
+//! interpolated along the edge; of those that say so ([`Carry::Nearest`](crate::Carry::Nearest)) the nearer end's stays.
 //!
 //! Source: Garland & Heckbert, Surface Simplification Using Quadric Error Metrics, 1997; Liu, Rahimzadeh & Zordan,
 //! Controlling Quadric Error Simplification with Line Quadrics, 2025; Dey et al., Topology Preserving Edge Contraction,

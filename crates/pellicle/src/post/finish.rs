@@ -1,16 +1,18 @@
-//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, normals last.
+//! All verbs in the order in which they help each other: what goes is dropped first, slivers before smoothing, then fewer
+//! triangles and normals; cuts come last, so that nothing bends what they made flat.
 //!
 //! Source: the order is splashsurf's, Löschner et al. 2023, section 5.
 
 use super::{
     check,
+    clamp::{self, clamp},
     components::{Dropped, Keep, keep},
     decimate::{self, decimate},
     normals,
     smooth::{self, Smoothing},
-    snap,
+    snap::{self, Nodes},
 };
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
+use crate::{Control, Error, Mesh, VertexAttribute, mesh::stars::Stars};
 
 /// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,6 +28,8 @@ pub struct Finish {
     /// Normals from the triangles, averaged so many times. Default: those that the mesh has, unless it is smoothed, when
     /// those no longer fit and 0 is taken.
     pub normals: Option<usize>,
+    /// The box that the surface is cut at, last of all, so that its faces are flat. Default: none.
+    pub clamp: Option<clamp::Bounds>,
 }
 
 impl Finish {
@@ -47,28 +51,31 @@ impl Finish {
         let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
-        8 * v + 24 * t + (32 * v).max(again).max(fewer)
+        // Heights, pieces of triangles, and the mesh that is left.
+        let cut = if self.clamp.is_some() { 2 * copy + 12 * v + 40 * t } else { 0 };
+        8 * v + 24 * t + (32 * v).max(again).max(fewer).max(cut)
     }
 
-    fn check(&self, mesh: &Mesh, spacing: f64, crowding: Option<&[f32]>) -> Result<(), Error> {
+    fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {
         if let Some(values) = crowding.filter(|values| values.len() != mesh.vertices.len()) {
             return Err(Error::Length { what: "crowding".into(), found: values.len(), expected: mesh.vertices.len() });
         }
         if self.snap {
-            snap::check_spacing(spacing)?;
+            nodes.per_unit()?;
         }
         self.decimate.map_or(Ok(()), |target| target.check())?;
+        self.clamp.map_or(Ok(()), |bounds| bounds.check())?;
         self.smoothing.map_or(Ok(()), |smoothing| smoothing.check())
     }
 
-    /// Does it all. `spacing` is the lattice's; `crowding` is how crowded the particles are around each vertex, or `None`
+    /// Does it all. `nodes` are those of the lattice that the mesh was made on; `crowding` is how crowded the particles are around each vertex, or `None`
     /// to smooth everywhere alike.
     ///
     /// ```
-    /// # use pellicle::{Control, Params, post::Finish};
+    /// # use pellicle::{Control, Params, post::{Finish, snap::Nodes}};
     /// let params = Params::new(0.025);
     /// let mut mesh = pellicle::reconstruct(&[[0.0f32; 3], [0.05, 0.0, 0.0]], &params)?;
-    /// Finish::good_looking().apply(&mut mesh, params.spacing(), None, &Control::default())?;
+    /// Finish::good_looking().apply(&mut mesh, &Nodes::cubic(params.spacing()), None, &Control::default())?;
     /// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
     /// # Ok::<(), pellicle::Error>(())
     /// ```
@@ -78,23 +85,23 @@ impl Finish {
     pub fn apply(
         &self,
         mesh: &mut Mesh,
-        spacing: f64,
+        nodes: &Nodes,
         crowding: Option<&[f32]>,
         control: &Control<'_>,
     ) -> Result<Dropped, Error> {
         check(mesh)?;
-        self.check(mesh, spacing, crowding)?;
+        self.check(mesh, nodes, crowding)?;
         // The weights travel with the vertices while these are dropped and merged.
         if let Some(values) = crowding {
             let values = values.to_vec();
-            mesh.attributes.push(crate::VertexAttribute { name: String::new(), components: 1, values });
+            mesh.attributes.push(VertexAttribute::new("", 1, values));
         }
         let dropped = if self.keep == Keep::default() { Dropped::default() } else { keep(mesh, &self.keep, control)? };
         // Stars are large: one set of memory serves all verbs.
         let mut stars = Stars::default();
         if self.snap {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
-            snap::with_stars(mesh, &stars, spacing, control)?;
+            snap::with_stars(mesh, &stars, nodes, control)?;
         }
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
@@ -118,6 +125,9 @@ impl Finish {
         }
         if let Some(iterations) = normals {
             normals::with_stars(mesh, &stars, iterations, control)?;
+        }
+        if let Some(bounds) = &self.clamp {
+            clamp(mesh, bounds, control)?;
         }
         Ok(dropped)
     }
@@ -144,7 +154,9 @@ mod tests {
             let mut mesh = mesh.clone();
             let crowding = mesh.attributes.pop().unwrap().values;
             let finish = Finish::good_looking();
-            finish.apply(&mut mesh, params.spacing(), weighted.then_some(&crowding[..]), &control).unwrap();
+            finish
+                .apply(&mut mesh, &Nodes::cubic(params.spacing()), weighted.then_some(&crowding[..]), &control)
+                .unwrap();
             assert!(Report::of(&mesh).closed_manifold() && mesh.normals.len() == mesh.vertices.len());
             assert!(mesh.attributes.is_empty());
             let drops = Keep { min_volume: 0.0, ..Keep::default() };

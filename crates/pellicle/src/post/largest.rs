@@ -106,11 +106,7 @@ mod tests {
         let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         Mesh {
             normals: (0..9).map(|v| if v % 2 == 0 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }).collect(),
-            attributes: vec![VertexAttribute {
-                name: "pair".into(),
-                components: 2,
-                values: (0..18).map(|v| v as f32).collect(),
-            }],
+            attributes: vec![VertexAttribute::new("pair", 2, (0..18).map(|v| v as f32).collect())],
             triangles: faces.iter().flat_map(|f| [f.map(|v| 2 * v), f.map(|v| 2 * v + 1)]).collect(),
             vertices,
             ..Mesh::default()

@@ -1,17 +1,22 @@
 //! Finishing a mesh: one verb a file. Each takes a mesh and gives one: the same bytes for any number of threads, attributes
-//! and normals kept in step with the vertices.
+//! and normals kept in step with the vertices, each attribute by its own rule ([`Carry`](crate::Carry)).
 //!
 //! What they do to closed, oriented 2-manifolds is said with each; all but those that cut keep them so. Open meshes are
 //! welcome: the vertices of a border, and those where more than two triangles share an edge, stay where they are.
 //!
 //! Source: this project; each verb names its own.
 
+mod cap;
+pub mod clamp;
 pub mod components;
+pub mod cut;
 pub mod decimate;
 mod finish;
 pub mod largest;
 pub mod normals;
+pub mod quads;
 mod rebuild;
+pub mod settle;
 pub mod smooth;
 pub mod snap;
 

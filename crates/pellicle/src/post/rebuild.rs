@@ -4,13 +4,13 @@
 
 use rayon::prelude::*;
 
-use crate::{Mesh, VertexAttribute};
+use crate::{Carry, Mesh, VertexAttribute};
 
 /// No vertex: what it was is dropped.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Merges vertices: those with the same `target`, which is the lowest of them, become one in their middle, and what they
-/// carry becomes its mean; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
+/// carry becomes its mean, or is the one's that lies nearest to the middle; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
 /// What is left keeps its order.
 pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
     let groups = Groups::of(target);
@@ -23,20 +23,25 @@ pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
             *n = n.map(|x| x / length);
         }
     });
+    let vertices = triples(&mesh.vertices);
+    let is_nearest = |attribute: &VertexAttribute| attribute.carry == Carry::Nearest;
+    let nearest = if mesh.attributes.iter().any(is_nearest) { groups.nearest(mesh, &vertices) } else { Vec::new() };
+    let carried = |attribute: &VertexAttribute| {
+        let VertexAttribute { name, components, values, carry } = attribute;
+        let values = match carry {
+            Carry::Mean | Carry::NormalSpeed => mean(values, *components),
+            Carry::Nearest => {
+                nearest.iter().flat_map(|&v| &values[v as usize * components..][..*components]).copied().collect()
+            }
+        };
+        VertexAttribute { name: name.clone(), components: *components, values, carry: *carry }
+    };
     Mesh {
         origin: mesh.origin,
-        vertices: triples(&mesh.vertices),
+        attributes: mesh.attributes.iter().map(carried).collect(),
+        vertices,
         normals,
         triangles: mesh.triangles.par_iter().filter_map(|t| groups.triangle(target, *t)).collect(),
-        attributes: mesh
-            .attributes
-            .iter()
-            .map(|VertexAttribute { name, components, values }| VertexAttribute {
-                name: name.clone(),
-                components: *components,
-                values: mean(values, *components),
-            })
-            .collect(),
     }
 }
 
@@ -110,6 +115,22 @@ impl Groups {
             }
         });
         to
+    }
+
+    /// The member of each group that is nearest to where the group went; of equally near ones the first.
+    fn nearest(&self, mesh: &Mesh, places: &[[f32; 3]]) -> Vec<u32> {
+        let of_group = |(g, place): (usize, &[f32; 3])| {
+            let (mut best, mut least) = (self.members(g)[0], f64::INFINITY);
+            for &v in self.members(g) {
+                let at = mesh.vertices[v as usize];
+                let dist_sq: f64 = (0..3).map(|a| (f64::from(at[a]) - f64::from(place[a])).powi(2)).sum();
+                if dist_sq < least {
+                    (best, least) = (v, dist_sq);
+                }
+            }
+            best
+        };
+        places.par_iter().enumerate().map(of_group).collect()
     }
 
     #[inline(always)]

@@ -18,33 +18,67 @@ use super::{
     check,
     rebuild::{Groups, merge},
 };
-use crate::{Control, Error, Mesh, math::union_find::join, mesh::stars::Stars};
+use crate::{
+    Control, Error, Mesh,
+    math::{
+        union_find::join,
+        vector::{cross, dot, length, subtract},
+    },
+    mesh::stars::Stars,
+};
 
 /// Vertices looked at by one task.
 const CHUNK: usize = 1 << 12;
 
-/// Merges neighboring vertices with the same nearest lattice node; `spacing` is the lattice's, in world units.
-///
-/// # Errors
-/// [`Error::Parameter`] for a spacing that is not positive, [`Error::Count`] for an index that names no vertex,
-/// [`Error::Length`] for an attribute of the wrong length, [`Error::Cancelled`]; the mesh is then as it was.
-pub fn snap(mesh: &mut Mesh, spacing: f64, control: &Control<'_>) -> Result<(), Error> {
-    check_spacing(spacing)?;
-    check(mesh)?;
-    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), spacing, control)
+/// Where the nodes of a lattice are: at `origin` plus whole numbers of each of the `steps`, in world units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nodes {
+    /// World position of one of them.
+    pub origin: [f64; 3],
+    /// From a node to the next along each axis. They may be oblique, but must span space.
+    pub steps: [[f64; 3]; 3],
+    /// Whether there is one in the middle of every cell, too: the body-centred lattice.
+    pub has_middles: bool,
 }
 
-/// Whether a lattice can have it.
-pub(super) fn check_spacing(spacing: f64) -> Result<(), Error> {
-    if spacing.is_finite() && spacing > 0.0 {
-        return Ok(());
+impl Nodes {
+    /// The lattice of particles: cubes, anchored in the world's origin; `spacing` is the edge of a cell.
+    pub fn cubic(spacing: f64) -> Self {
+        let steps = [[spacing, 0.0, 0.0], [0.0, spacing, 0.0], [0.0, 0.0, spacing]];
+        Self { origin: [0.0; 3], steps, has_middles: false }
     }
-    Err(Error::Parameter { name: "spacing", value: spacing, must: "greater than 0" })
+
+    /// Rows that turn an offset in world units into one in steps.
+    pub(super) fn per_unit(&self) -> Result<[[f64; 3]; 3], Error> {
+        let [x, y, z] = self.steps;
+        let volume = dot(x, cross(y, z));
+        let lengths: f64 = self.steps.iter().map(|s| length(*s)).product();
+        let is_finite = self.origin.iter().all(|o| o.is_finite());
+        if !(lengths.is_finite() && volume.abs() > 1e-9 * lengths && is_finite) {
+            return Err(Error::Parameter {
+                name: "spacing",
+                value: length(x),
+                must: "greater than 0, and steps that span space",
+            });
+        }
+        Ok([cross(y, z), cross(z, x), cross(x, y)].map(|row| row.map(|v| v / volume)))
+    }
+}
+
+/// Merges neighboring vertices with the same nearest lattice node.
+///
+/// # Errors
+/// [`Error::Parameter`] for a lattice whose steps do not span space, [`Error::Count`] for an index that names no vertex,
+/// [`Error::Length`] for an attribute of the wrong length, [`Error::Cancelled`]; the mesh is then as it was.
+pub fn snap(mesh: &mut Mesh, nodes: &Nodes, control: &Control<'_>) -> Result<(), Error> {
+    nodes.per_unit()?;
+    check(mesh)?;
+    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), nodes, control)
 }
 
 /// The same for a mesh whose stars are known.
-pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, spacing: f64, control: &Control<'_>) -> Result<(), Error> {
-    let mut target = groups(stars, &nearest_nodes(mesh, spacing));
+pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, nodes: &Nodes, control: &Control<'_>) -> Result<(), Error> {
+    let mut target = groups(stars, &nearest_nodes(mesh, nodes)?);
     control.check()?;
     let all = Groups::of(&target);
     let mut broken = find_broken(stars, &target, &all);
@@ -58,19 +92,37 @@ pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, spacing: f64, control: 
 }
 
 /// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin: the low 21 bits of each
-/// coordinate, which tell those of neighbors apart.
-fn nearest_nodes(mesh: &Mesh, spacing: f64) -> Vec<u64> {
-    let shift = mesh.origin.map(|o| o / spacing - (o / spacing).round());
-    let per = 1.0 / spacing;
+/// coordinate, which tell those of neighbors apart, and whether it is the middle of a cell. Nearest in steps of the lattice,
+/// along which the crossings lie, not in world units.
+fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
+    let per = nodes.per_unit()?;
+    let to_origin = subtract(mesh.origin, nodes.origin);
+    let shift = per.map(|row| dot(row, to_origin)).map(|o| o - o.round());
     let nearest = |v: &[f32; 3]| {
-        (0..3).fold(0, |key, a| {
-            let place = f64::from(v[a]) * per + shift[a] + 0.5;
-            let cut = place as i64;
-            let node = cut - i64::from(cut as f64 > place);
-            key << 21 | (node as u64 & 0x1f_ffff)
-        })
+        let v = v.map(f64::from);
+        let place = [0, 1, 2].map(|a| dot(per[a], v) + shift[a]);
+        let (node, off) = rounded(place);
+        if nodes.has_middles {
+            let (middle, nearer) = rounded(place.map(|x| x - 0.5));
+            if nearer < off {
+                return middle << 1 | 1;
+            }
+        }
+        node << 1
     };
-    mesh.vertices.par_iter().with_min_len(CHUNK).map(nearest).collect()
+    Ok(mesh.vertices.par_iter().with_min_len(CHUNK).map(nearest).collect())
+}
+
+/// The whole numbers nearest to a place, packed, and the square of how far they are.
+fn rounded(place: [f64; 3]) -> (u64, f64) {
+    let (mut key, mut off) = (0, 0.0);
+    for x in place {
+        let cut = (x + 0.5) as i64;
+        let node = cut.wrapping_sub(i64::from(cut as f64 > x + 0.5));
+        key = key << 21 | (node as u64 & 0x1f_ffff);
+        off += (x - node as f64).powi(2);
+    }
+    (key, off)
 }
 
 /// The lowest vertex that each can reach through neighbors of the same node. Vertices of a border stay alone.
@@ -206,7 +258,21 @@ fn is_one_fan(fan: &[[u32; 2]]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Params, VertexAttribute, mesh::Report, reconstruct};
+    use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
+
+    /// The number of each vertex, to be carried as ids are.
+    fn ids(mesh: &Mesh) -> VertexAttribute {
+        let values = (0..mesh.vertices.len()).map(|v| v as f32).collect();
+        VertexAttribute { carry: Carry::Nearest, ..VertexAttribute::new("id", 1, values) }
+    }
+
+    #[test]
+    fn an_id_is_that_of_the_vertex_nearest_to_the_middle() {
+        // Three vertices of one node around a fourth corner: their mean is nearest to the second.
+        let mesh = Mesh { vertices: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.1, 0.0], [5.0; 3]], ..Mesh::default() };
+        let mesh = Mesh { attributes: vec![ids(&mesh)], ..mesh };
+        assert_eq!(merge(&mesh, &[0, 0, 0, 3]).attributes[0].values, [1.0, 3.0]);
+    }
 
     /// Random particles with necks, droplets and cavities.
     fn tangled(seed: usize) -> (Mesh, Params) {
@@ -222,7 +288,7 @@ mod tests {
         for seed in 0..20 {
             let (mut mesh, params) = tangled(seed);
             let before = Report::of(&mesh);
-            snap(&mut mesh, params.spacing(), &Control::default()).unwrap();
+            snap(&mut mesh, &Nodes::cubic(params.spacing()), &Control::default()).unwrap();
             let after = Report::of(&mesh);
             assert!(after.closed_manifold(), "{after:?}");
             assert_eq!(after.components, before.components);
@@ -238,7 +304,7 @@ mod tests {
         let mut mesh = reconstruct(&[[0.0f32; 3]], &params).unwrap();
         let before = mesh.clone();
         assert_eq!(mesh.vertices.len(), 6);
-        snap(&mut mesh, params.spacing(), &Control::default()).unwrap();
+        snap(&mut mesh, &Nodes::cubic(params.spacing()), &Control::default()).unwrap();
         assert_eq!(mesh, before);
     }
 
@@ -246,10 +312,19 @@ mod tests {
     fn vertices_stay_near_and_carry_the_mean() {
         let (mut mesh, params) = tangled(3);
         let values = mesh.vertices.iter().flat_map(|v| [v[0], 2.0 * v[1]]).collect();
-        mesh.attributes = vec![VertexAttribute { name: "a".into(), components: 2, values }];
+        mesh.attributes = vec![VertexAttribute::new("a", 2, values)];
+        mesh.attributes.push(ids(&mesh));
         mesh.normals = vec![[0.0, 0.0, 1.0]; mesh.vertices.len()];
         let before = mesh.clone();
-        snap(&mut mesh, params.spacing(), &Control::default()).unwrap();
+        snap(&mut mesh, &Nodes::cubic(params.spacing()), &Control::default()).unwrap();
+        let mut moved = 0;
+        for (v, &id) in mesh.vertices.iter().zip(&mesh.attributes[1].values) {
+            // A mean of ids is hardly ever one of them.
+            let whose = before.vertices[id as usize];
+            assert!(id.fract() == 0.0 && (0..3).all(|a| (whose[a] - v[a]).abs() < 0.9 * params.spacing() as f32));
+            moved += usize::from(whose != *v);
+        }
+        assert!(moved > mesh.vertices.len() / 10);
         for (v, value) in mesh.vertices.iter().zip(mesh.attributes[0].values.chunks(2)) {
             assert!((v[0] - value[0]).abs() < 1e-6 && (2.0 * v[1] - value[1]).abs() < 1e-6);
             let near = before.vertices.iter().map(|o| (0..3).map(|a| (o[a] - v[a]).powi(2)).sum::<f32>());
@@ -263,7 +338,7 @@ mod tests {
         let (mut mesh, params) = tangled(5);
         mesh.triangles.truncate(mesh.triangles.len() / 2);
         let before = Report::of(&mesh);
-        snap(&mut mesh, params.spacing(), &Control::default()).unwrap();
+        snap(&mut mesh, &Nodes::cubic(params.spacing()), &Control::default()).unwrap();
         let after = Report::of(&mesh);
         assert_eq!(after.boundary_half_edges, before.boundary_half_edges);
         assert_eq!(after.non_manifold_vertices, before.non_manifold_vertices);

@@ -7,7 +7,7 @@ use pellicle_io::{Scaling, VolumeFile};
 
 use super::output::Surface;
 use super::whole::view;
-use super::{Budget, Part, Task};
+use super::{Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;
@@ -18,7 +18,7 @@ impl Task<'_> {
     ///
     /// # Errors
     /// What does not fit into memory, a volume whose samples are no labels, labels that it does not have.
-    pub fn labels(&self, file: VolumeFile, wanted: &Labels, budget: &Budget<'_>) -> Result<Vec<Surface>, Failure> {
+    pub fn labels(&self, file: VolumeFile, wanted: &Labels) -> Result<Vec<Surface>, Failure> {
         let (job, header, input) = (self.job, &self.header, &self.frame.input);
         if header.scaling != Scaling::default() {
             let Scaling { slope, intercept } = header.scaling;
@@ -26,7 +26,7 @@ impl Task<'_> {
                 format!("its values are {slope} times the samples plus {intercept}: labels are samples as they are");
             return Err(Failure::file(input, what));
         }
-        budget.claim(header.bytes(), "the samples", "labels want the whole volume")?;
+        self.budget.claim(header.bytes(), "the samples", "labels want the whole volume")?;
         let data = file.read()?;
         interrupt::check()?;
         let core = |error| Failure::core(input, error);
@@ -37,19 +37,21 @@ impl Task<'_> {
             Labels::All => (None, Some(0)),
             Labels::Some(labels) => (Some(labels.clone()), None),
         };
-        let params = LabelParams { labels, background, max_memory: budget.left(header.bytes()) };
+        let params = LabelParams { labels, background, max_memory: self.budget.left(header.bytes()) };
         let between = contour_labels(&volume, &params, &control).map_err(core)?;
         if let Labels::Some(labels) = wanted {
             for label in labels.iter().filter(|label| between.labels.binary_search(label).is_err()) {
                 job.console.warn(format!("{}: no sample is labelled {label}", input.display()));
             }
         }
+        let all = &between.mesh;
+        let held = header.bytes() + 12 * all.vertices.len() as u64 + 20 * all.triangles.len() as u64;
         let mut surfaces = Vec::new();
         for (label, mesh) in between.surfaces() {
             interrupt::check()?;
             let output = Target::new(job.named(&self.frame.output, Part::Label(label)))?;
             output.check()?;
-            surfaces.push(self.finish(mesh, Part::Label(label), &output)?);
+            surfaces.push(self.finish(mesh, held, Part::Label(label), &output)?);
         }
         Ok(surfaces)
     }

@@ -10,8 +10,10 @@ mod stream;
 mod whole;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals};
+use pellicle::post::snap::Nodes;
+use pellicle::{Border, ContourParams, Level, Tetrahedra, VertexNormals, Walls};
 use pellicle_io::{Up, VolumeHeader};
 
 use crate::args::{ContourArgs, MethodArg};
@@ -20,6 +22,7 @@ use crate::choose::crop::Crop;
 use crate::clock::StageClock;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::finish::{Finishing, Of};
 use crate::interrupt;
 use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
@@ -28,6 +31,7 @@ use crate::target::Target;
 use crate::values::{IsoValue, Labels, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
 use crate::volume::{Block, Selection};
+use crate::walls::{self, Wall};
 use output::suffixed;
 pub use whole::view;
 
@@ -55,6 +59,9 @@ struct Job<'a> {
     method: Method,
     border: Border,
     keeps_largest: bool,
+    finishing: Finishing,
+    walls: Option<Arc<Walls>>,
+    walls_record: Vec<String>,
     up: Up,
     metres_per_unit: Option<f64>,
     params: ContourParams,
@@ -69,6 +76,7 @@ struct Task<'a> {
     header: VolumeHeader,
     /// What is kept of it.
     block: Block,
+    budget: Budget<'a>,
     clock: StageClock,
 }
 
@@ -82,6 +90,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     // What is wrong with the command line is known before the first file is read.
     for frame in plan.single.iter().chain(plan.frames.first()) {
         Target::new(frame.output.clone())?;
+        job.finishing.check_format(&frame.output)?;
     }
     let first = plan.single.as_ref().or(plan.whole.first());
     if job.isos.is_empty()
@@ -90,7 +99,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     {
         return Err(job.without_isovalue(&frame.input));
     }
-    let threads = args.threads.unwrap_or_else(machine::default_threads);
+    let threads = args.machine.threads.unwrap_or_else(machine::default_threads);
     machine::thread_pool(threads)?
         .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.contour(frame)))
 }
@@ -101,6 +110,10 @@ impl<'a> Job<'a> {
             && !png.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png"))
         {
             return Err(Failure::Usage(format!("--png {}: pictures are written as .png", png.display())));
+        }
+        if args.finish.wall.iter().any(|wall| matches!(wall, Wall::Mesh { .. })) {
+            let what = "--wall: surfaces of volumes are cut at planes and boxes; meshes are for particles";
+            return Err(Failure::Usage(what.into()));
         }
         let crop = args.crop.as_deref().map(Crop::parse).transpose();
         let crop = crop.map_err(|error| Failure::Usage(format!("--crop: {error}")))?;
@@ -120,16 +133,24 @@ impl<'a> Job<'a> {
             method,
             border: if args.surface.open { Border::Open } else { Border::Closed },
             keeps_largest: args.surface.largest,
+            finishing: Finishing::new(&args.finish, Of::Volume)?,
+            walls: walls::build(&args.finish.wall)?,
+            walls_record: walls::record(&args.finish.wall),
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
             params: ContourParams { level, normals, lanes: machine::lanes_from_environment()?, max_memory: None },
-            max_memory: args.max_memory,
+            max_memory: args.machine.max_memory,
             console,
         })
     }
 
     fn has_normals(&self) -> bool {
         self.params.normals != VertexNormals::Off
+    }
+
+    /// Whether the surface of a frame can be written without being in memory as a whole.
+    fn is_piecewise(&self, frame: &Frame) -> bool {
+        !self.keeps_largest && self.finishing.is_nothing() && self.walls.is_none() && frame.png.is_none()
     }
 
     /// An error that tells which isovalue to try.
@@ -165,14 +186,14 @@ impl<'a> Job<'a> {
         clock.begin("read");
         let file = self.selection.open(&frame.input)?;
         let block = self.selection.block(file.header(), &frame.input)?;
-        let task = Task { job: self, frame, header: file.header().clone(), block, clock };
         let budget = Budget::new(self.max_memory, &frame.input);
+        let task = Task { job: self, frame, header: file.header().clone(), block, budget, clock };
         let (surfaces, is_streamed) = if let Some(labels) = self.labels {
-            (task.labels(file, labels, &budget)?, false)
-        } else if let Some(surfaces) = task.whole(file, &outputs, &budget)? {
+            (task.labels(file, labels)?, false)
+        } else if let Some(surfaces) = task.whole(file, &outputs)? {
             (surfaces, false)
         } else {
-            (task.stream(&outputs, &budget)?, true)
+            (task.stream(&outputs)?, true)
         };
         let (line, report) = (task.line(&surfaces, is_streamed), task.report(&surfaces, is_streamed));
         for (name, time) in &task.clock.stages() {
@@ -220,6 +241,16 @@ impl From<MethodArg> for Method {
             MethodArg::Simplex => Self::Tetrahedra(Tetrahedra::Simplex),
             MethodArg::Regularised => Self::Tetrahedra(Tetrahedra::Regularised),
         }
+    }
+}
+
+impl Task<'_> {
+    /// The lattice that the mesh is made on.
+    fn nodes(&self) -> Nodes {
+        use Tetrahedra::{BodyCentred, Regularised, Simplex};
+        let has_middles = matches!(self.job.method, Method::Tetrahedra(BodyCentred | Simplex | Regularised));
+        let grid = &self.header.grid;
+        Nodes { origin: self.block.origin(grid), steps: grid.steps, has_middles }
     }
 }
 

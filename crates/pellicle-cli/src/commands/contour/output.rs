@@ -3,9 +3,11 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use pellicle::post::cut::{Plane, cut};
 use pellicle::post::largest::keep_largest;
-use pellicle::{Border, Mesh};
-use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh};
+use pellicle::post::quads::{Pairing, pair};
+use pellicle::{Border, Control, Mesh};
+use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh, write_quad_mesh};
 use serde_json::{Value, json};
 
 use super::{Job, Part, Task};
@@ -22,6 +24,7 @@ pub struct Surface {
     png: Option<PathBuf>,
     vertices: usize,
     triangles: usize,
+    quads: Option<usize>,
     /// How many pieces there were, where only the largest was kept.
     pieces: Option<usize>,
     bytes: u64,
@@ -31,9 +34,10 @@ impl Surface {
     /// For people, after the isovalue or the label.
     fn line(&self, job: &Job<'_>) -> String {
         let (vertices, triangles) = (show_vertices(self.vertices), show_many(self.triangles, "triangle"));
+        let quads = self.quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
         let pieces = self.pieces.map(|n| format!(", the largest of {}", show_many(n, "piece"))).unwrap_or_default();
         let (name, output, bytes) = (job.text(self.part), self.output.display(), show_bytes(self.bytes));
-        format!("{name}: {vertices}, {triangles}{pieces} -> {output}, {bytes}")
+        format!("{name}: {vertices}, {triangles}{quads}{pieces} -> {output}, {bytes}")
     }
 
     /// For machines.
@@ -51,23 +55,45 @@ impl Surface {
             "png": self.png.as_ref().map(|path| path.to_string_lossy()),
             "vertices": self.vertices,
             "triangles": self.triangles,
+            "quads": self.quads,
             "pieces": self.pieces,
         })
     }
 }
 
 impl Task<'_> {
-    /// Writes a surface and its picture.
-    pub fn finish(&self, mut mesh: Mesh, part: Part, output: &Target) -> Result<Surface, Failure> {
+    /// Finishes a surface, writes it and its picture. So many bytes are `held` beside the mesh.
+    pub fn finish(&self, mut mesh: Mesh, held: u64, part: Part, output: &Target) -> Result<Surface, Failure> {
         let job = self.job;
-        let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose();
-        let pieces = pieces.map_err(|error| Failure::core(&self.frame.input, error))?;
+        let core = |error| Failure::core(&self.frame.input, error);
+        let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
+        let finish = job.finishing.finish;
+        if !finish.is_nothing() {
+            self.clock.begin("finish");
+            let needed = held + 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64 + finish.memory(&mesh);
+            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
+            let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
+            finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
+        }
+        // Planes: a volume has no particles to be mirrored, so the surface is cut where it is.
+        for (normal, offset) in job.walls.iter().flat_map(|walls| walls.planes()) {
+            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &Control::default())
+                .map_err(core)?;
+        }
         self.clock.begin("write");
         let unit =
             job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
         let options = WriteOptions { comments: self.record(part), up: job.up, metres_per_unit: unit };
-        write_mesh(output.path(), &mesh, &options)?;
+        let mut quads = None;
+        if job.finishing.quads {
+            let paired = pair(mesh, &Pairing::default(), &Control::default()).map_err(core)?;
+            write_quad_mesh(output.path(), &paired, &options)?;
+            quads = Some(paired.quads.len());
+            mesh = paired.triangulated();
+        } else {
+            write_mesh(output.path(), &mesh, &options)?;
+        }
         let mut png = None;
         if let Some(path) = &self.frame.png {
             self.clock.begin("draw");
@@ -79,21 +105,23 @@ impl Task<'_> {
                 png = Some(path);
             }
         }
-        let surface = self.written(part, output, [mesh.vertices.len(), mesh.triangles.len()])?;
-        Ok(Surface { png, pieces, ..surface })
+        let triangles = mesh.triangles.len() - 2 * quads.unwrap_or(0);
+        let surface = self.written(part, output, [mesh.vertices.len(), triangles])?;
+        Ok(Surface { png, pieces, quads, ..surface })
     }
 
     /// What has been written of so many vertices and triangles.
     pub fn written(&self, part: Part, output: &Target, [vertices, triangles]: [usize; 2]) -> Result<Surface, Failure> {
         let bytes = std::fs::metadata(output.path()).map_err(|error| Failure::file(output.path(), error))?.len();
         let output = output.path().to_owned();
-        Ok(Surface { part, output, png: None, vertices, triangles, pieces: None, bytes })
+        Ok(Surface { part, output, png: None, vertices, triangles, quads: None, pieces: None, bytes })
     }
 
     /// A PLY file that is written piece by piece; the same bytes as [`finish`](Self::finish) makes.
     pub fn ply(&self, part: Part, output: &Target, counts: [u64; 2]) -> Result<PlyFile, Failure> {
         let origin = self.block.origin(&self.header.grid);
         let layout = PlyLayout {
+            quad_count: 0,
             vertex_count: counts[0],
             triangle_count: counts[1],
             normals: self.job.has_normals(),
@@ -131,6 +159,8 @@ impl Task<'_> {
         if job.keeps_largest {
             lines.push("largest piece".into());
         }
+        lines.extend(job.finishing.record());
+        lines.extend(job.walls_record.iter().cloned());
         lines
     }
 

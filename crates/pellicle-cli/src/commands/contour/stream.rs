@@ -7,7 +7,7 @@ use pellicle::{ContourPiece, ContourStream, Mesh, StreamSample, StreamShape};
 use pellicle_io::{Samples, VolumeFile, each_sample_type};
 
 use super::output::Surface;
-use super::{Budget, Part, Task};
+use super::{Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;
@@ -46,9 +46,9 @@ struct Found {
 
 impl Task<'_> {
     /// Makes the surfaces one by one.
-    pub fn stream(&self, outputs: &[Target], budget: &Budget<'_>) -> Result<Vec<Surface>, Failure> {
-        budget.claim(self.layers_at_hand(), "a few layers", "they are the least that must be at hand")?;
-        outputs.iter().enumerate().map(|(number, output)| self.stream_one(number, output, budget)).collect()
+    pub fn stream(&self, outputs: &[Target]) -> Result<Vec<Surface>, Failure> {
+        self.budget.claim(self.layers_at_hand(), "a few layers", "they are the least that must be at hand")?;
+        outputs.iter().enumerate().map(|(number, output)| self.stream_one(number, output)).collect()
     }
 
     /// Bytes of the layers at hand: those read, and as many as the extractor collects, with their signs.
@@ -60,25 +60,25 @@ impl Task<'_> {
         samples * (2 * self.header.kind.bytes() as u64 + 1)
     }
 
-    fn stream_one(&self, number: usize, output: &Target, budget: &Budget<'_>) -> Result<Surface, Failure> {
+    fn stream_one(&self, number: usize, output: &Target) -> Result<Surface, Failure> {
         self.clock.begin("count");
         let found = self.count(number)?;
         if !(found.has_inside && found.has_outside) {
             let range = Statistics::of_file(&|| self.job.selection.open(&self.frame.input))?.range;
             self.job.tell_nothing(&self.frame.input, number, range);
             let origin = self.block.origin(&self.header.grid);
-            return self.finish(Mesh { origin, ..Mesh::default() }, Part::Iso(number), output);
+            return self.finish(Mesh { origin, ..Mesh::default() }, 0, Part::Iso(number), output);
         }
         self.clock.begin("write");
-        if output.is_stream() && !self.job.keeps_largest && self.frame.png.is_none() {
+        if output.is_stream() && self.job.is_piecewise(self.frame) {
             return self.write_pieces(number, output, &found);
         }
         let per_vertex = if self.job.has_normals() { 24 } else { 12 };
         let needed = self.layers_at_hand() + per_vertex * found.vertices + 12 * found.triangles;
-        budget.claim(
+        self.budget.claim(
             needed,
             "a few layers and the mesh",
-            "only PLY is written piece by piece, without a picture and --largest",
+            "only PLY is written piece by piece, without a picture, --largest and finishing",
         )?;
         let mut mesh = Mesh { origin: self.block.origin(&self.header.grid), ..Mesh::default() };
         mesh.vertices.reserve_exact(found.vertices as usize);
@@ -86,7 +86,7 @@ impl Task<'_> {
         self.pieces(number, &mut |piece, _| {
             piece.append_to(&mut mesh).map_err(|error| Failure::core(&self.frame.input, error))
         })?;
-        self.finish(mesh, Part::Iso(number), output)
+        self.finish(mesh, self.layers_at_hand(), Part::Iso(number), output)
     }
 
     fn count(&self, number: usize) -> Result<Found, Failure> {

@@ -4,7 +4,7 @@ use pellicle::{Border, Contour, Control, Mesh, VertexNormals, Volume, contour_te
 use pellicle_io::{VolumeData, VolumeFile, each_sample_type};
 
 use super::output::Surface;
-use super::{Budget, Method, Part, Task};
+use super::{Method, Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;
@@ -15,13 +15,8 @@ impl Task<'_> {
     ///
     /// # Errors
     /// What cannot fit, because it cannot go layer by layer; all that goes wrong.
-    pub fn whole(
-        &self,
-        file: VolumeFile,
-        outputs: &[Target],
-        budget: &Budget<'_>,
-    ) -> Result<Option<Vec<Surface>>, Failure> {
-        let (job, header) = (self.job, &self.header);
+    pub fn whole(&self, file: VolumeFile, outputs: &[Target]) -> Result<Option<Vec<Surface>>, Failure> {
+        let (job, header, budget) = (self.job, &self.header, &self.budget);
         // A bit for each sample and isovalue tells its side.
         let needed = header.bytes() + header.count() as u64 / 8 * job.isos.len() as u64;
         let why_not = file.why_no_layers().or(match job.method {
@@ -57,7 +52,7 @@ impl Task<'_> {
                         true => Mesh { origin: volume.origin(), ..Mesh::default() },
                         false => contour.mesh(number),
                     };
-                    surfaces.push(self.finish(mesh, Part::Iso(number), output)?);
+                    surfaces.push(self.finish(mesh, needed, Part::Iso(number), output)?);
                 }
             }
             Method::Tetrahedra(split) => {
@@ -67,7 +62,7 @@ impl Task<'_> {
                         true => Mesh { origin: volume.origin(), ..Mesh::default() },
                         false => contour_tetrahedra(&volume, isos[number], split, &control).map_err(core)?,
                     };
-                    surfaces.push(self.finish(mesh, Part::Iso(number), output)?);
+                    surfaces.push(self.finish(mesh, needed, Part::Iso(number), output)?);
                 }
             }
         }

@@ -62,7 +62,8 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
     let params = Params { lanes, normals: true, ..Params::new(f64::from(scene.radius)) };
     let values = scene.velocities.into_flattened();
     let velocity = Channel { name: "velocity".into(), components: 3, values, carry: Carry::Mean };
-    let cloud = Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity], radii: None };
+    let cloud =
+        Cloud { positions: PositionData::F32(scene.positions), channels: vec![velocity], radii: None, ghosts: 0 };
     interrupt::enter(Phase::Working);
     let made = pool.install(|| -> Result<_, Failure> {
         let source = Path::new(SOURCE);
@@ -77,6 +78,7 @@ fn show_splash(args: &DemoArgs, console: &Console) -> Result<(), Failure> {
             keep_mesh: true,
             tetrahedra: None,
             finishing: Finishing::default(),
+            walls: None,
         };
         let mut made = make(&cloud, &order, &mut Reconstructor::new(), &clock)?;
         let mesh = made.mesh.take().unwrap_or_default();

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::{
     bricks::store::{Octet, Store},
-    fill::brick_origin,
-    lattice::{Coord, OCTET},
+    fill::{brick_origin, walled::WallLattice},
+    lattice::{BRICK, Coord, OCTET},
     lookup::directory::Cursor,
     march::tables::{CASES, edge_corner},
     math::{
@@ -35,6 +35,8 @@ pub(crate) struct Vertices<'a> {
     pub(crate) part: Part,
     pub(crate) iso: f32,
     pub(crate) frame: Frame,
+    /// What cuts edges besides the field.
+    pub(crate) walls: Option<&'a WallLattice>,
     /// One for each crossing of the octet.
     pub(crate) to: &'a mut [[f32; 3]],
 }
@@ -59,6 +61,8 @@ impl Kernel for Vertices<'_> {
             });
             let place = |a: usize, n: f64| ((first[a] + n) * self.frame.spacing) as f32;
             let nodes: [[f32; 4]; 3] = std::array::from_fn(|a| std::array::from_fn(|n| place(a, n as f64)));
+            let node_of = |a: usize, n: usize| octet.at[a] * OCTET + brick_origin(brick)[a] + n as i32;
+            let walls = self.walls.filter(|walls| walls.is_near([0, 1, 2].map(|a| node_of(a, 0)), BRICK + 1, 0.0));
             for axis in 0..3 {
                 let stride = 1 << (2 * axis);
                 let (owner, index) = brick_above(brick, 1 << axis);
@@ -69,9 +73,13 @@ impl Kernel for Vertices<'_> {
                     // A crossed edge never leads to a brick without values.
                     let b =
                         if local[axis] < 3 { here[node + stride] } else { next.map_or(a, |v| v[node - 3 * stride]) };
-                    let t = (self.iso - a) / (b - a);
+                    let mut t = f64::from((self.iso - a) / (b - a));
+                    if let Some(walls) = walls {
+                        let node = [node_of(0, local[0]), node_of(1, local[1]), node_of(2, local[2])];
+                        t = walls.share(node, axis, t, [a > self.iso, b > self.iso]);
+                    }
                     *to = std::array::from_fn(|a| nodes[a][local[a]]);
-                    to[axis] = place(axis, local[axis] as f64 + f64::from(t));
+                    to[axis] = place(axis, local[axis] as f64 + t);
                 }
             }
         }

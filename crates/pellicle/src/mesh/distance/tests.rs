@@ -1,4 +1,4 @@
-//! Distances whose answers are known, and the tree against a search through all triangles.
+//! Distances whose answers are known.
 
 use super::*;
 
@@ -58,37 +58,4 @@ fn a_field_gives_first_order_distances() {
     assert_eq!((flat.skipped_samples, flat.max), (flat.samples, 0.0));
     let lost = Deviation::from_mesh(&square(2, 1.0), 100, &Mesh::default());
     assert_eq!(lost.skipped_samples, lost.samples);
-}
-
-#[test]
-fn the_tree_finds_what_a_search_through_all_triangles_finds() {
-    let mut mesh = square(12, 0.0);
-    for (i, v) in mesh.vertices.iter_mut().enumerate() {
-        v[2] = (i * 37 % 11) as f32 * 0.07;
-    }
-    mesh.triangles.push([0, 0, 5]); // degenerate ones are segments
-    let tree = Tree::of(&mesh);
-    let mut last = 0;
-    for i in 0..400 {
-        let p = [37, 53, 29].map(|k| f64::from(i * k % 101) / 50.0 - 0.5);
-        let all = tree.triangles.iter().map(|&t| distance_sq(p, t)).fold(f64::INFINITY, f64::min).sqrt();
-        assert_eq!(tree.distance(p, &mut last), all, "{p:?}");
-    }
-}
-
-#[test]
-fn the_closest_point_is_right_over_every_region_of_a_triangle() {
-    let triangle = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 3.0, 0.0]];
-    for (point, distance) in [
-        ([1.0, 1.0, 2.0], 2.0),
-        ([-3.0, -4.0, 0.0], 5.0),
-        ([2.0, -1.0, 0.0], 1.0),
-        ([7.0, -4.0, 0.0], 5.0),
-        ([-2.0, 1.0, 0.0], 2.0),
-        ([0.0, 5.0, 0.0], 2.0),
-        // Over the longest side: 3x + 4y = 12.
-        ([4.0, 3.0, 0.0], 2.4),
-    ] {
-        assert!((distance_sq(point, triangle).sqrt() - distance).abs() < 1e-12, "{point:?}");
-    }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::quadric::{Quadric, unit};
 use crate::{
-    Mesh,
+    Carry, Mesh,
     math::vector::{add_scaled, cross, dot, length, subtract},
     mesh::stars::Stars,
 };
@@ -249,7 +249,11 @@ fn carry(mesh: &mut Mesh, [a, b]: [usize; 2], place: [f32; 3]) {
     for attribute in &mut mesh.attributes {
         for i in 0..attribute.components {
             let [x, y] = [a, b].map(|v| attribute.values[v * attribute.components + i]);
-            attribute.values[a * attribute.components + i] = between(x, y);
+            attribute.values[a * attribute.components + i] = match attribute.carry {
+                Carry::Mean | Carry::NormalSpeed => between(x, y),
+                Carry::Nearest if share > 0.5 => y,
+                Carry::Nearest => x,
+            };
         }
     }
 }

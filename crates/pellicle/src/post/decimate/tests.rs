@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Params, VertexAttribute, mesh::Comparison, mesh::Report, reconstruct};
+use crate::{Carry, Params, VertexAttribute, mesh::Comparison, mesh::Report, reconstruct};
 
 /// A ragged body of particles with droplets, tunnels and cavities.
 fn tangled(seed: usize) -> Mesh {
@@ -59,11 +59,7 @@ fn square(n: u32) -> Mesh {
     Mesh {
         triangles: triangles.collect(),
         normals: vec![[0.0, 0.0, 1.0]; vertices.len()],
-        attributes: vec![VertexAttribute {
-            name: "x".into(),
-            components: 2,
-            values: vertices.iter().flat_map(|v| [v[0], v[1]]).collect(),
-        }],
+        attributes: vec![VertexAttribute::new("x", 2, vertices.iter().flat_map(|v| [v[0], v[1]]).collect())],
         vertices,
         ..Mesh::default()
     }
@@ -81,6 +77,19 @@ fn a_border_stays_and_what_vertices_carry_is_interpolated() {
     // Along an edge, so off by no more than the place is off it.
     for (v, x) in found.vertices.iter().zip(found.attributes[0].values.chunks(2)) {
         assert!(v[2] == 0.0 && (v[0] - x[0]).abs() < 1.0 && (v[1] - x[1]).abs() < 1.0, "{v:?} {x:?}");
+    }
+}
+
+#[test]
+fn ids_stay_ids() {
+    let mut mesh = tangled(2);
+    let values = (0..mesh.vertices.len()).map(|v| v as f32).collect();
+    mesh.attributes = vec![VertexAttribute { carry: Carry::Nearest, ..VertexAttribute::new("id", 1, values) }];
+    let found = run(&mesh, Target::Share(0.3));
+    let mut known = vec![false; mesh.vertices.len()];
+    for &id in &found.attributes[0].values {
+        // Every vertex has the id of one that it stands for, and no two have the same.
+        assert!(id.fract() == 0.0 && !std::mem::replace(&mut known[id as usize], true), "{id}");
     }
 }
 
