@@ -65,7 +65,7 @@ pub use field::crowding::crowding;
 pub use field::function::{Domain, Function, Warp};
 pub use field::noise::{Noise, Turbulent};
 pub use field::volume::{Border, Interpolant, Samples, Volume};
-pub use field::warp::{Projection, View};
+pub use field::warp::{Depth, Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
 pub use mesh::{Mesh, QuadMesh, VertexAttribute};

@@ -160,11 +160,11 @@ fn quality_lines(quality: &Quality) -> Vec<String> {
             show_count(quality.degenerate_triangles),
             show_count(quality.skipped_triangles)
         ),
-        format!("  {:<18}{:>11}{:>11}{:>11}{:>11}{:>11}", "", "min", "1 %", "median", "mean", "max"),
+        format!("  {:<18}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}", "", "min", "1 %", "5 %", "median", "mean", "max"),
     ];
     for (name, summary) in summaries(quality) {
-        let Summary { min, p1, median, mean, max, .. } = summary;
-        let numbers = [min, p1, median, mean, max].map(|v| format!("{:>11}", show_number(v))).concat();
+        let Summary { min, p1, p5, median, mean, max, .. } = summary;
+        let numbers = [min, p1, p5, median, mean, max].map(|v| format!("{:>11}", show_number(v))).concat();
         lines.push(format!("  {:<18}{numbers}", name.replace('_', " ")));
     }
     let valences = quality.valence.iter().enumerate().filter(|(n, count)| *n > 0 && **count > 0);

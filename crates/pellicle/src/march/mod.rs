@@ -2,6 +2,7 @@
 
 pub(crate) mod cubes;
 pub(crate) mod labels;
+pub(crate) mod layers;
 pub(crate) mod levels;
 pub(crate) mod resolve;
 pub(crate) mod rows;
