@@ -8,6 +8,7 @@ mod distance;
 mod labelled;
 mod normals;
 mod quality;
+pub(crate) mod rings;
 pub(crate) mod stars;
 
 pub use check::Report;
