@@ -13,7 +13,7 @@ use std::{path::Path, time::Instant};
 use pellicle::mesh::{Deviation, Quality, Report};
 use pellicle::{
     Border, ContourParams, Control, Domain, Function, Mesh, Tetrahedra, TetrahedraParams, Volume, contour,
-    contour_function, contour_tetrahedra,
+    contour_function_tetrahedra, contour_tetrahedra,
 };
 
 const CELLS: usize = 96;
@@ -108,7 +108,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
         let domain = Domain { border: Border::Open, ..Domain::covering([[-1.0; 3], [1.0; 3]], spacing) };
         for split in Tetrahedra::ALL {
             let params = TetrahedraParams { split, normals: false };
-            let make = || contour_function(&surface.value, &domain, 0.0, &params, &Control::default());
+            let make = || contour_function_tetrahedra(&surface.value, &domain, 0.0, &params, &Control::default());
             rows.push(measure((surface.name, "function", name(split)), spacing, &truth, make)?);
         }
     }

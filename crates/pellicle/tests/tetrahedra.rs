@@ -3,7 +3,7 @@
 
 use pellicle::mesh::{Deviation, Quality, Report};
 use pellicle::{
-    Border, Control, Domain, Error, Mesh, Tetrahedra, TetrahedraParams, Volume, Warp, contour_function,
+    Border, Control, Domain, Error, Mesh, Tetrahedra, TetrahedraParams, Volume, Warp, contour_function_tetrahedra,
     contour_tetrahedra,
 };
 
@@ -15,7 +15,7 @@ fn sphere(p: [f64; 3]) -> f64 {
 
 fn of_function(function: &dyn pellicle::Function, domain: &Domain<'_>, split: Tetrahedra) -> Mesh {
     let params = TetrahedraParams { split, normals: true };
-    contour_function(function, domain, 0.0, &params, &Control::default()).expect("good")
+    contour_function_tetrahedra(function, domain, 0.0, &params, &Control::default()).expect("good")
 }
 
 fn of_volume(volume: &Volume<'_>, iso: f64, split: Tetrahedra) -> Mesh {
@@ -62,7 +62,7 @@ fn a_field_that_is_far_from_linear_over_a_cell_has_its_vertices_on_the_surface()
     let domain = Domain::covering([[-1.6, -1.5, -1.4], [1.5, 1.6, 1.55]], 0.34);
     for split in Tetrahedra::ALL {
         let params = TetrahedraParams { split, normals: false };
-        let mesh = contour_function(&inverse, &domain, 1.0, &params, &Control::default()).expect("good");
+        let mesh = contour_function_tetrahedra(&inverse, &domain, 1.0, &params, &Control::default()).expect("good");
         let off = |v: usize| (mesh.position(v).iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0).abs();
         let worst = (0..mesh.vertices.len()).map(off).fold(0.0, f64::max);
         let allowed = if split == Tetrahedra::Regularised { 3e-3 } else { 1e-4 };
@@ -156,7 +156,7 @@ fn what_cannot_be_is_refused_and_what_is_empty_is_empty() {
         assert!(matches!(error, Err(Error::Parameter { name: "iso", .. })));
         let huge = Domain::covering([[0.0; 3], [1e6; 3]], 0.1);
         let params = TetrahedraParams { split, normals: false };
-        let error = contour_function(&sphere, &huge, 0.0, &params, &Control::default());
+        let error = contour_function_tetrahedra(&sphere, &huge, 0.0, &params, &Control::default());
         assert!(matches!(error, Err(Error::Count { .. })), "{error:?}");
     }
     let cancel = pellicle::CancelToken::new();

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use pellicle::{
     Border, Control, Depth, Domain, Function, Mesh, Metaballs, Noise, Projection, Tetrahedra, TetrahedraParams,
-    Turbulent, View, Warp, contour_function,
+    Turbulent, View, Warp, contour_function_tetrahedra,
 };
 use pellicle_io::{WriteOptions, check_writable, write_mesh};
 use pellicle_render::{Camera, Image, Layer, Lens, Scene, Settings, Surface, Wireframe, draw};
@@ -135,7 +135,7 @@ fn string_of_balls() -> Vec<Ball> {
 fn surface(function: &dyn Function, domain: &Domain<'_>) -> Result<Mesh, Failure> {
     let params = TetrahedraParams { split: Tetrahedra::Regularised, normals: true };
     let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
-    contour_function(function, domain, ISO, &params, &control).map_err(failure)
+    contour_function_tetrahedra(function, domain, ISO, &params, &control).map_err(failure)
 }
 
 fn failure(error: pellicle::Error) -> Failure {

@@ -5,6 +5,7 @@
 
 mod check;
 mod distance;
+mod labelled;
 mod normals;
 mod quality;
 pub(crate) mod rings;
@@ -12,6 +13,7 @@ pub(crate) mod stars;
 
 pub use check::Report;
 pub use distance::{Comparison, Deviation};
+pub use labelled::LabelMesh;
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 
