@@ -5,6 +5,7 @@ mod convergence;
 mod draw_order;
 mod fields;
 mod rivals;
+mod roads;
 mod rosenberg;
 mod sinks;
 mod surface_nets;
@@ -22,10 +23,11 @@ type Run = fn(&[String]) -> Result<(), String>;
 const VERBS: &[(&str, &str, Run)] = &[
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
     ("convergence", "", convergence::run),
-    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("tetrahedra", "[--json] [--of NAME] [--scan FILE ISO]", tetrahedra::run),
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
+    ("roads", "[SCENE [CELLS]] [--json] [--stages]", roads::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
     ("surface-nets", "FILE TYPE NX NY NZ ISO REPEATS", surface_nets::run),

@@ -255,8 +255,12 @@ fn tetrahedra_make_a_closed_surface_of_the_same_volume_with_normals_and_attribut
         assert_eq!(report["closed_manifold"], true);
         (report["signed_volume"].as_f64().unwrap(), report["triangles"].as_u64().unwrap())
     };
-    let (cubes, five, six) = (volume("cubes"), volume("tetra5"), volume("tetra6"));
-    assert!((five.0 / cubes.0 - 1.0).abs() < 0.01 && (six.0 / cubes.0 - 1.0).abs() < 0.01);
-    assert!(cubes.1 < five.1 && five.1 < six.1);
-    folder.run(&["mesh", "frame.xyz", "--method", "bcc"]).expect(2);
+    let (cubes, five, six, bcc) = (volume("cubes"), volume("tetra5"), volume("tetra6"), volume("bcc"));
+    let regular = volume("regularised");
+    for other in [five, six, bcc, regular] {
+        assert!((other.0 / cubes.0 - 1.0).abs() < 0.01, "{other:?} {cubes:?}");
+    }
+    assert!(cubes.1 < five.1 && five.1 < six.1 && six.1 < bcc.1 && regular.1 < five.1);
+    assert_eq!(volume("simplex"), bcc);
+    folder.run(&["mesh", "frame.xyz", "--method", "tetra7"]).expect(2);
 }

@@ -11,10 +11,12 @@
 pub mod allocations;
 pub mod cavities;
 mod judge;
+mod nearby;
 pub mod scenes;
 mod subject;
 
 pub use judge::{Defect, check, closed, must, same_bytes};
+pub use nearby::lonely;
 pub use pellicle_scenes::Random;
 pub use scenes::{Known, Scene};
 pub use subject::{Delivery, Memory, Subject, in_pool};

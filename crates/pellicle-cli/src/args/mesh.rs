@@ -89,7 +89,7 @@ pub struct SurfaceArgs {
     /// Fields near the surface, or everywhere as a check
     #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true, hide = true)]
     pub band: BandArg,
-    /// How cells become triangles: cubes, tetra5, tetra6
+    /// Cut as tetra5, tetra6, bcc, simplex, regularised
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
     pub method: CellArg,
 }
@@ -103,6 +103,12 @@ pub enum CellArg {
     Tetra5,
     /// Six tetrahedra a cell.
     Tetra6,
+    /// The body-centred lattice.
+    Bcc,
+    /// The same tetrahedra, under their other name.
+    Simplex,
+    /// Body-centred, with well-shaped triangles.
+    Regularised,
 }
 
 /// A choice written as a word.

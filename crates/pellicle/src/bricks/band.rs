@@ -86,6 +86,29 @@ impl Band {
         }
         source.control.begin(Stage::Fill)?;
         self.has_values = true;
+        self.fill_waiting(source, step, multiple, budget)
+    }
+
+    /// Fills bricks, given by their coordinates, beyond those found, and closes again.
+    pub(crate) fn fill_more(
+        &mut self,
+        bricks: &[Coord],
+        source: &Source<'_>,
+        step: f64,
+        mut budget: Budget,
+    ) -> Result<(), Error> {
+        let multiple = multiple(step, source.field.bounds().map_or(0.5, |bounds| bounds.apart));
+        budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
+        let (coarse, mut cursor) = (&self.coarse, Cursor::default());
+        for &brick in bricks {
+            let at = brick.map(|b| b >> 1);
+            self.fine.want(at, brick_bit(brick), |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
+        }
+        self.fill_waiting(source, step, multiple, budget)
+    }
+
+    /// Fills what is wanted and closes it, until nothing is.
+    fn fill_waiting(&mut self, source: &Source<'_>, step: f64, multiple: i32, budget: Budget) -> Result<(), Error> {
         while self.fine.waiting() {
             self.has_values &= budget.check(&self.fine)?;
             if !self.has_values {

@@ -66,22 +66,6 @@ impl Boxes {
         }
     }
 
-    /// Suspects every box that a particle may reach: all that is known of a field without bounds.
-    pub(crate) fn suspect_reached(&mut self, extent: Extent, particles: &[Placed]) {
-        self.count = extent.nodes.map(|n| (n - 1).div_ceil(BOX));
-        self.suspect.clear();
-        self.suspect.resize(self.count[1] * self.count[2], 0);
-        for particle in particles {
-            let range = self.range(extent, particle);
-            let row = range[0].clone().fold(0, |row, x| row | 1 << x);
-            for z in range[2].clone() {
-                for y in range[1].clone() {
-                    self.suspect[y + self.count[1] * z] |= row;
-                }
-            }
-        }
-    }
-
     /// The boxes along each axis that a particle may reach, and perhaps one more on either side.
     #[inline(always)]
     fn range(&self, extent: Extent, particle: &Placed) -> [std::ops::Range<usize>; 3] {
@@ -135,15 +119,9 @@ impl Boxes {
     }
 
     /// The cells of row `y` and slab `z` that belong to a suspect.
-    #[inline(always)]
-    pub(crate) fn cells(&self, y: usize, z: usize) -> u64 {
+    #[cfg(test)]
+    fn cells(&self, y: usize, z: usize) -> u64 {
         spread(self.suspect[y / BOX + self.count[1] * (z / BOX)]) * 0b1111
-    }
-
-    /// Whether slab `z` has a suspect at all.
-    pub(crate) fn any(&self, z: usize) -> bool {
-        let rows = self.count[1];
-        self.suspect[rows * (z / BOX)..rows * (z / BOX + 1)].iter().any(|&row| row != 0)
     }
 
     /// Makes room for blocks of so many cells.
@@ -152,11 +130,6 @@ impl Boxes {
         provide(&mut self.upper, rows * LANES);
         provide(&mut self.lower, rows * LANES);
         provide(&mut self.suspect, rows);
-    }
-
-    /// Bytes in use, for the present block.
-    pub(crate) fn bytes(&self) -> usize {
-        4 * (self.upper.len() + self.lower.len()) + 2 * self.suspect.len()
     }
 }
 

@@ -1,7 +1,9 @@
-//! Where to look: which bricks may hold a crossing, how the world is cut into blocks, and how fine each block is.
+//! Where to look: which bricks may hold a crossing and what reaches them, how the world is cut into blocks, and how fine each
+//! block is.
 
 pub(crate) mod band;
 pub(crate) mod blocks;
 pub(crate) mod boxes;
 pub(crate) mod levels;
+pub(crate) mod lists;
 pub(crate) mod store;

@@ -163,14 +163,19 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
     step: f64,
     values: &mut Values,
 ) {
-    let node = |a: usize, n: usize| node_offset(first[a] + n as i32, step);
-    let x: [f32; LANES] = std::array::from_fn(|lane| node(0, lane & 3));
-    let y: [f32; LANES] = std::array::from_fn(|lane| node(1, lane >> 2));
+    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        x[lane] = node_offset(first[0] + (lane & 3) as i32, step);
+        y[lane] = node_offset(first[1] + (lane >> 2) as i32, step);
+    }
     let (x, y) = (s.load(&x), s.load(&y));
     let [px, py, pz] = near.axes();
     let columns = near.columns(F::COLUMNS);
     for plane in planes.step_by(N) {
-        let z: [f32; N] = std::array::from_fn(|k| node(2, plane + k));
+        let mut z = [0.0; N];
+        for k in 0..N {
+            z[k] = node_offset(first[2] + (plane + k) as i32, step);
+        }
         let mut sums = [field.zero(s); N];
         for particle in 0..near.len() {
             let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));

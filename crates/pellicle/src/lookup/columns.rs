@@ -144,7 +144,7 @@ struct Span {
 }
 
 /// What a look-up is to find besides u. Known when compiled, so that nothing is decided at run time.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Want {
     /// Reaches or strengths differ: find strengths.
     pub(crate) varied: bool,
@@ -171,6 +171,17 @@ impl Near {
         for v in [&mut self.u, &mut self.strength, &mut self.who] {
             v.resize(v.len().max(longest), 0.0);
         }
+    }
+
+    /// Starts anew, to be filled by [`push`](Self::push).
+    pub(crate) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds a particle. There must be [room](Self::provide) for it, and for 16 more.
+    pub(crate) fn push(&mut self, u: f32, strength: f32, who: u32) {
+        (self.u[self.len], self.strength[self.len], self.who[self.len]) = (u, strength, f32::from_bits(who));
+        self.len += 1;
     }
 
     /// Number of particles.
@@ -385,47 +396,6 @@ impl Columns {
         self.cursor.truncate(columns);
         self.cursor.copy_from_slice(&self.start[..columns]);
         self.longest = self.start.windows(2).map(|w| (w[1] - w[0]) as usize).max().unwrap_or(0);
-    }
-
-    /// Sums of the least and the most that the particles of a column can bring at its nodes `low..=high`, by a function
-    /// that never grows with the distance: bounds on the field there, but for rounding.
-    #[inline(always)]
-    pub(crate) fn bound<S: Simd>(
-        &self,
-        s: S,
-        column: usize,
-        [low, high]: [i32; 2],
-        varied: bool,
-        value: impl Fn(S::F) -> S::F,
-    ) -> [f32; 2] {
-        // More than the rounding of u, which is at most 1.
-        const SLACK: f32 = 2e-6;
-        let end = self.start[column + 1] as usize;
-        let (lowest, highest) = ((low - self.reach) as f32, (high + self.reach) as f32);
-        let mut at = (self.cursor[column].max(self.start[column]) as usize).min(end);
-        while at < end && self.level[at] < lowest {
-            at += 1;
-        }
-        let (middle, half) = (s.splat((low + high) as f32 * 0.5), s.splat((high - low) as f32 * 0.5));
-        let (zero, one, slack) = (s.splat(0.0), s.splat(1.0), s.splat(SLACK));
-        let mut sums = [zero; 2];
-        while at < end && self.level[at] <= highest {
-            let d = s.sub(s.sub(middle, s.load(&self.level[at..])), s.load(&self.above[at..]));
-            let d = s.max(d, s.sub(zero, d));
-            let (near, far) = (s.max(s.sub(d, half), zero), s.add(d, half));
-            let per_reach_sq = if varied { s.load(&self.per_reach_sq[at..]) } else { s.splat(self.same_per_reach_sq) };
-            let flat = s.load(&self.flat[at..]);
-            let most = s.min(s.add(s.sub(flat, s.mul(s.mul(near, near), per_reach_sq)), slack), one);
-            let least = s.sub(s.sub(flat, s.mul(s.mul(far, far), per_reach_sq)), slack);
-            let valid = ((1u32 << (end - at).min(LANES)) - 1) as u16;
-            for (sum, u) in sums.iter_mut().zip([least, most]) {
-                let brought = value(s.select(valid, s.max(u, zero), zero));
-                let brought = if varied { s.mul(s.load(&self.strength[at..]), brought) } else { brought };
-                *sum = s.add(*sum, brought);
-            }
-            at += LANES;
-        }
-        sums.map(|sum| s.sum(sum))
     }
 
     /// Prepares `near` for look-ups in these columns, so that a look-up itself never allocates.

@@ -4,15 +4,18 @@
 mod chosen;
 mod contour;
 pub(crate) mod engine;
+mod labels;
 mod sampled;
 mod surface;
 mod tetrahedra;
 
 pub use contour::{
     Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+    contour_function,
 };
+pub use labels::{LabelParams, contour_labels};
 pub use surface::{Chunk, Surface};
-pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function_tetrahedra, contour_tetrahedra};
 
 use std::sync::Arc;
 

@@ -262,6 +262,7 @@ impl Surface<'_> {
                 let mut counts = [0; 8];
                 ones(octet.filled.into()).for_each(|brick| counts[brick] = counted.crossings(octet, brick).vertices());
                 work(OctetVertices {
+                    beyond: 0,
                     cells,
                     step: self.lattice.step(),
                     octet: octet.at,

@@ -1,5 +1,5 @@
 //! Fields of particles as a source: nodes are looked up in columns, as the marching slices do, so a node has the same value
-//! here, there, and at every level.
+//! there and at every level, and that of the marching layers up to rounding.
 //!
 //! Boxes that bounds prove free of a crossing are not looked through. A node that touches no other box gets the value of
 //! one beside it: between the two lies a box whose nodes are all on one side of the isovalue.

@@ -33,7 +33,6 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         }
         slice.touch(y);
         slice.known[y] |= nodes;
-        slice.valued[y] |= nodes;
         slice.inside[y] |= inside;
         self.piece.counts.corners += u64::from(nodes.count_ones());
     }
@@ -108,20 +107,13 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         let width = extent.nodes[0];
         let to = [x + usize::from(axis == 0), y + usize::from(axis == 1), side + usize::from(axis == 2)];
         let ends = [(x + width * y, side), (to[0] + width * to[1], to[2])];
-        // Of a corner that is certainly on its side the value was not needed before.
-        for (side, x, y) in [(side, x, y), (to[2], to[0], to[1])] {
-            if self.work.pool.pair(z)[side].valued[y] >> x & 1 == 0 {
-                self.evaluate(s, extent, z, side, y, 1 << x);
-            }
-        }
         let pair = self.work.pool.pair(z);
         let [a, b] = ends.map(|(at, side)| pair[side].values[at]);
         let t = (self.scene.iso - a) / (b - a);
         let mut at: [f64; 3] =
             std::array::from_fn(|a| f64::from(extent.first[a] + node[a] as i32 - self.scene.origin[a]));
         at[axis] += f64::from(t);
-        let at = at.map(|v| v * self.scene.spacing);
-        self.piece.positions.push(self.to_world(at).map(|v| v as f32));
+        self.piece.positions.push(self.scene.world_position(at));
         if self.scene.shading.any() {
             self.shade(s, extent, z, side, [x, y]);
             self.shade(s, extent, z, to[2], [to[0], to[1]]);
@@ -130,29 +122,13 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         vertex
     }
 
-    /// Turns a vector from the lattice's axes to the world's.
-    #[inline(always)]
-    fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
-        match &self.scene.axes {
-            None => v,
-            Some(axes) => std::array::from_fn(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]),
-        }
-    }
-
     /// Interpolates the outward vectors and the user's data of an edge's ends.
     #[inline(always)]
     fn finish_vertex(&mut self, z: usize, ends: [(usize, usize); 2], t: f32) {
         if self.scene.shading.normals() {
             let pair = self.work.pool.pair(z);
             let [a, b] = ends.map(|(at, side)| pair[side].outward[at]);
-            let mixed: [f32; 3] = std::array::from_fn(|i| a[i] + t * (b[i] - a[i]));
-            let length = (mixed[0] * mixed[0] + mixed[1] * mixed[1] + mixed[2] * mixed[2]).sqrt();
-            let per_length = 1.0 / length.max(f32::MIN_POSITIVE);
-            let mut normal = mixed.map(|v| v * per_length);
-            if self.scene.axes.is_some() {
-                normal = self.to_world(normal.map(f64::from)).map(|v| v as f32);
-            }
-            self.piece.normals.push(normal);
+            self.piece.normals.push(self.scene.normal_between(a, b, t));
         }
         if self.scene.shading.data() {
             let pair = self.work.pool.pair(z);

@@ -12,15 +12,17 @@ pub struct Counts {
     pub visited: u64,
     /// Corners whose value was computed.
     pub corners: u64,
-    /// Runs of five corners that one pair of bounds was computed for.
+    /// Bricks of 4×4×4 corners that a pair of bounds was computed for.
     pub bounds: u64,
     /// Corners whose normal or user data was computed.
     pub shaded: u64,
-    /// Particles that were summed at corners: exactly those within reach.
+    /// Particles that were summed at corners: exactly those within reach. Not counted by a complete search, whose lanes
+    /// are corners: there particles out of reach of a corner are added to it as exactly zero.
     pub contributions: u64,
-    /// Entries of columns that were looked at for that.
+    /// Entries of columns that were looked at for that; for a complete search, pairs of a corner and an entry of its
+    /// brick's list.
     pub looked_at: u64,
-    /// Entries in columns.
+    /// Entries in columns, or in lists of bricks.
     pub entries: u64,
     /// Cubes that particles' seeds pointed at.
     pub seeds: u64,
@@ -61,11 +63,11 @@ pub struct Times {
     pub place: u64,
     /// The world is cut into blocks.
     pub cut: u64,
-    /// Blocks enter their particles into columns.
+    /// Blocks enter their particles into columns, or into lists of bricks.
     pub enter: u64,
-    /// Blocks bound the field in boxes, or step down from particles.
+    /// Blocks find the sides of all corners, or step down from particles.
     pub seed: u64,
-    /// Blocks are marched.
+    /// Blocks are marched: vertices and triangles.
     pub march: u64,
     /// All of the blocks' work and the writing, as it passes for the caller.
     pub surface: u64,

@@ -1,4 +1,4 @@
-//! Marching slices: the surface of one block, slab by slab, with what is known of two slices at a time.
+//! Marching slices: the surface of one block, slab by slab, with what is known of a few slices at a time.
 //!
 //! ```text
 //! slice z + 1   ┌──┬──┬──┐   values, signs, vertex numbers of its nodes
@@ -10,16 +10,13 @@
 //! evaluated; if it is crossed, its triangles are made, whose vertices are found through the slices' bits. A slice is
 //! given back when neither the slab above nor that below can need it any more.
 //!
-//! What there is to do comes from [`Seeds`]:
-//! * [`Seeds::Complete`] looks through every box of 4×4×4 cells that bounds do not prove free of a crossing (see
-//!   [`boxes`](crate::bricks::boxes)), as the march comes to its slab. So nothing is missed, slabs are done strictly from
-//!   bottom to top with two slices alive, cubes need not be followed, and a block needs no margin.
-//! * [`Seeds::Particles`] is the paper's: from every particle step down to the surface, then follow it from cube to cube,
-//!   through a margin of cubes around the block of which only signs are evaluated. It misses what no particle stands
-//!   above: cavities, and surfaces that run where no particle is.
+//! From every particle the march steps down to the surface, then follows it from cube to cube, through a margin of cubes
+//! around the block of which only signs are evaluated. It misses what no particle stands above: cavities, and surfaces that
+//! run where no particle is. What misses nothing is [`layers`](super::layers), to which the shared vocabulary of both
+//! belongs, too: the scene, the piece, seams, order, skins and fields.
 //!
-//! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 4, algorithm 1. The complete
-//! search, and slices of bits, are this project's.
+//! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 4, algorithm 1. Slices of
+//! bits are this project's.
 
 mod blend;
 mod cells;
@@ -37,18 +34,17 @@ pub use counts::{Clock, Counts, Times};
 pub(crate) use custom::Custom;
 pub use custom::CustomField;
 pub use order::DrawOrder;
-pub(crate) use order::Sight;
-pub(crate) use seam::{Reference, Seam};
+pub(crate) use order::{Sight, next};
+pub(crate) use seam::{Owner, Reference, Seam};
 pub use skin::{Neighbour, Neighbours, Plain, Skin};
+pub(crate) use slice::{Rows, Todo, WIDEST};
 
 use crate::{
-    bricks::boxes::Boxes,
     lattice::Coord,
     lookup::columns::{Border, Columns, Extent, Near, Placed, Room},
     math::simd::{Kernel, Simd},
 };
-use seeds::Certain;
-use slice::{ABOVE, BELOW, Pool, Todo, WIDEST};
+use slice::{ABOVE, BELOW, Pool};
 
 /// Most cells of a block along an axis, margin included.
 pub(crate) const MOST_CELLS: usize = WIDEST - 1;
@@ -108,7 +104,7 @@ impl<V> Piece<V> {
             + size_of_val(&self.shared[..])
     }
 
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.positions.clear();
         self.normals.clear();
         self.data.clear();
@@ -124,11 +120,9 @@ impl<V> Piece<V> {
 pub(crate) struct Work<C> {
     columns: Columns,
     near: Near,
-    boxes: Boxes,
     pool: Pool<C>,
     todo: Vec<Todo>,
     slopes: Vec<f32>,
-    certain: Certain,
     needs: Needs,
 }
 
@@ -137,11 +131,9 @@ impl<C: Copy + Default> Default for Work<C> {
         Self {
             columns: Columns::default(),
             near: Near::default(),
-            boxes: Boxes::default(),
             pool: Pool::default(),
             todo: Vec::new(),
             slopes: Vec::new(),
-            certain: Certain::default(),
             needs: Needs::default(),
         }
     }
@@ -182,7 +174,6 @@ impl<C: Copy + Default> Work<C> {
         self.needs = *needs;
         self.columns.provide(&needs.columns);
         self.near.provide(needs.columns.longest);
-        self.boxes.provide(needs.cells);
         let nodes = (needs.cells[0] + 1) * (needs.cells[1] + 1);
         self.pool.provide(needs.slices, nodes, if needs.shaded { nodes } else { 0 });
         self.todo.resize_with(needs.cells[2].max(self.todo.len()), Todo::default);
@@ -205,6 +196,33 @@ pub(crate) struct Scene<'a, B, K> {
     /// The lattice's axes in the world, a rotation, where they are not the world's own.
     pub(crate) axes: Option<[[f64; 3]; 3]>,
     pub(crate) clock: Option<Clock>,
+}
+
+impl<B, K> Scene<'_, B, K> {
+    /// Turns a vector from the lattice's axes to the world's.
+    #[inline(always)]
+    pub(crate) fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
+        match &self.axes {
+            None => v,
+            Some(axes) => [0, 1, 2].map(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]),
+        }
+    }
+
+    /// Offset from the mesh's origin in world units of a place in cells from there.
+    #[inline(always)]
+    pub(crate) fn world_position(&self, at: [f64; 3]) -> [f32; 3] {
+        self.to_world(at.map(|v| v * self.spacing)).map(|v| v as f32)
+    }
+
+    /// Unit normal at `t` of the way between two corners with these outward vectors.
+    #[inline(always)]
+    pub(crate) fn normal_between(&self, a: [f32; 3], b: [f32; 3], t: f32) -> [f32; 3] {
+        let mixed = [0, 1, 2].map(|i| a[i] + t * (b[i] - a[i]));
+        let length = (mixed[0] * mixed[0] + mixed[1] * mixed[1] + mixed[2] * mixed[2]).sqrt();
+        let per_length = 1.0 / length.max(f32::MIN_POSITIVE);
+        let normal = mixed.map(|v| v * per_length);
+        if self.axes.is_some() { self.to_world(normal.map(f64::from)).map(|v| v as f32) } else { normal }
+    }
 }
 
 /// What vertices get besides their position.
@@ -259,8 +277,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
             first: self.first.map(|n| n - margin as i32),
             nodes: self.seam.cells.map(|cells| cells + 2 * margin + 1),
         };
-        let border = if self.scene.seeds == Seeds::Particles { Border::Empty } else { Border::Open };
-        self.work.columns.build(extent, border, self.scene.particles, self.members, B::WANT.varied);
+        self.work.columns.build(extent, Border::Empty, self.scene.particles, self.members, B::WANT.varied);
         self.work.columns.prepare(&mut self.work.near);
         self.piece.times.enter = lap.next();
         let nodes = extent.nodes[0] * extent.nodes[1];
@@ -269,45 +286,14 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
         let slabs = extent.nodes[2] - 1;
         self.work.todo.resize_with(slabs.max(self.work.todo.len()), Todo::default);
         (self.work.near.seen, self.work.near.kept) = (0, 0);
-        // Slabs from here on were not looked through yet.
-        let mut unseen = match (self.scene.seeds, self.scene.blend.falloff()) {
-            (Seeds::Complete, Some(falloff)) => {
-                let work = &mut *self.work;
-                work.boxes.find(s, falloff, self.scene.iso, extent, work.columns.particles());
-                0
-            }
-            (Seeds::Complete, None) => {
-                let work = &mut *self.work;
-                work.boxes.suspect_reached(extent, work.columns.particles());
-                0
-            }
-            (Seeds::Particles, _) => {
-                self.seed(s, extent);
-                slabs
-            }
-        };
+        self.seed(s, extent);
         self.piece.times.seed = lap.next();
-        loop {
-            let waiting = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()).unwrap_or(slabs);
-            let z = waiting.min(unseen);
-            if z == slabs {
-                break;
-            }
-            if z == unseen {
-                unseen += 1;
-                if self.work.boxes.any(z) {
-                    self.work.pool.ensure(z);
-                    self.work.pool.ensure(z + 1);
-                    self.look_through(s, extent, z);
-                }
-            }
-            if !self.work.todo[z].is_empty() {
-                self.work.pool.ensure(z);
-                self.work.pool.ensure(z + 1);
-                self.march_slab(s, extent, z);
-            }
+        while let Some(z) = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()) {
+            self.work.pool.ensure(z);
+            self.work.pool.ensure(z + 1);
+            self.march_slab(s, extent, z);
             for slice in [z, z + 1] {
-                let needed = |slab: usize| slab < slabs && (slab >= unseen || !self.work.todo[slab].is_empty());
+                let needed = |slab: usize| slab < slabs && !self.work.todo[slab].is_empty();
                 if !(needed(slice) || slice > 0 && needed(slice - 1)) {
                     self.work.pool.release(slice);
                 }
@@ -334,28 +320,25 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         counts.looked_at = work.near.seen;
         counts.entries = work.columns.entries() as u64;
         counts.live_slices = work.pool.most as u64;
-        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>() + size_of::<Certain>()) as u64;
-        counts.cache_bytes = (work.columns.bytes() + work.boxes.bytes()) as u64;
+        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>()) as u64;
+        counts.cache_bytes = work.columns.bytes() as u64;
     }
 
     /// Visits all cubes of slab `z` that are to be done, and those that they lead to within the slab.
     #[inline(always)]
     fn march_slab<S: Simd>(&mut self, s: S, extent: Extent, z: usize) {
-        let follow = self.scene.seeds == Seeds::Particles;
         while let Some((x, y)) = order::next(&mut self.work.todo[z], self.sight.as_ref()) {
-            if follow {
-                let [lower, upper] = self.work.pool.pair(z);
-                if (lower.done[ABOVE][y] | upper.done[BELOW][y]) >> x & 1 != 0 {
-                    continue;
-                }
-                lower.done[ABOVE][y] |= 1 << x;
-                upper.done[BELOW][y] |= 1 << x;
-                for row in [y, y + 1] {
-                    lower.touch(row);
-                    upper.touch(row);
-                }
-                self.evaluate_corners(s, extent, [x, y, z]);
+            let [lower, upper] = self.work.pool.pair(z);
+            if (lower.done[ABOVE][y] | upper.done[BELOW][y]) >> x & 1 != 0 {
+                continue;
             }
+            lower.done[ABOVE][y] |= 1 << x;
+            upper.done[BELOW][y] |= 1 << x;
+            for row in [y, y + 1] {
+                lower.touch(row);
+                upper.touch(row);
+            }
+            self.evaluate_corners(s, extent, [x, y, z]);
             self.piece.counts.visited += 1;
             let case = self.case([x, y, z]);
             if case == 0 || case == 255 {
@@ -365,9 +348,7 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
             if (0..3).all(|a| [x, y, z][a].wrapping_sub(low) < high[a]) {
                 self.make_triangles(s, extent, [x, y, z], case);
             }
-            if follow {
-                self.push_neighbours(extent, [x, y, z], case);
-            }
+            self.push_neighbours(extent, [x, y, z], case);
         }
     }
 }

@@ -38,7 +38,7 @@ fn lower_side(viewer: i64, order: DrawOrder) -> u64 {
 
 /// The next cube of a slab: the first along x and y without a viewer.
 #[inline(always)]
-pub(super) fn next(todo: &mut Todo, sight: Option<&Sight>) -> Option<(usize, usize)> {
+pub(crate) fn next(todo: &mut Todo, sight: Option<&Sight>) -> Option<(usize, usize)> {
     let Some(sight) = sight else { return todo.pop() };
     if todo.is_empty() {
         return None;
@@ -66,7 +66,7 @@ fn pick(bits: u64, below: u64, order: DrawOrder) -> usize {
 impl Sight {
     /// The triangles of a case in the order in which they are drawn, seen from `cube`.
     #[inline(always)]
-    pub(super) fn triangles(&self, cube: [usize; 3], case: usize) -> impl Iterator<Item = [u8; 3]> + use<> {
+    pub(crate) fn triangles(&self, cube: [usize; 3], case: usize) -> impl Iterator<Item = [u8; 3]> + use<> {
         // Along an axis on which the cube lies above the viewer, higher is farther.
         let octant = (0..3).fold(0, |octant, a| octant | usize::from(cube[a] as i64 > self.cube[a]) << a);
         let len = usize::from(CASES[case].len);

@@ -1,14 +1,12 @@
-//! Where the march begins: the paper's steps down from particles, and the search that misses nothing.
+//! Where the march begins, and where it goes on: steps down from particles, then from cube to cube.
 //!
-//! Source: Rosenberg & Birdwell 2008, section 4; the complete search is this project's, see [`super`].
+//! Source: Rosenberg & Birdwell 2008, section 4, algorithm 1.
 
 use super::{
     Blend, March, Skin,
-    slice::{ABOVE, BELOW, Rows, WIDEST},
+    slice::{ABOVE, BELOW},
 };
 use crate::{
-    bricks::boxes::{BOX, MARGIN},
-    field::falloff::Falloff,
     lookup::columns::Extent,
     math::{bits::ones, simd::Simd},
 };
@@ -44,61 +42,6 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
         }
     }
 
-    /// Finds the side of all nodes of slab `z` that belong to a suspect box, and notes the crossed cubes among them.
-    #[inline(always)]
-    pub(super) fn look_through<S: Simd>(&mut self, s: S, extent: Extent, z: usize) {
-        if z.is_multiple_of(BOX) || self.work.certain.layer != z / BOX {
-            self.bound_layer(s, extent, z / BOX);
-        }
-        for side in [0, 1] {
-            for y in 0..extent.nodes[1] {
-                let work = &mut *self.work;
-                let slice = &mut *work.pool.pair(z)[side];
-                let wanted = work.boxes.nodes(y, z) & !slice.known[y];
-                if wanted == 0 {
-                    continue;
-                }
-                let (inside, outside) = (work.certain.inside[y] & wanted, work.certain.outside[y] & wanted);
-                slice.touch(y);
-                slice.known[y] |= inside | outside;
-                slice.inside[y] |= inside;
-                let open = wanted & !(inside | outside);
-                if open != 0 {
-                    self.evaluate(s, extent, z, side, y, open);
-                }
-            }
-        }
-        let [lower, upper] = self.work.pool.pair(z);
-        for y in 0..extent.nodes[1] - 1 {
-            let suspects = self.work.boxes.cells(y, z);
-            let rows = [lower.inside[y], lower.inside[y + 1], upper.inside[y], upper.inside[y + 1]];
-            let any = rows.iter().fold(0, |a, b| a | b);
-            let all = rows.iter().fold(u64::MAX, |a, b| a & b);
-            let crossed = (any | any >> 1) & !(all & all >> 1) & suspects;
-            self.work.todo[z].push_row(y, crossed);
-        }
-    }
-
-    /// Finds the columns of a layer of boxes all of whose nodes are on one side for certain.
-    #[inline(always)]
-    fn bound_layer<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
-        let work = &mut *self.work;
-        work.certain = Certain { layer, ..Certain::default() };
-        let Some(falloff) = self.scene.blend.falloff() else { return };
-        let range = [(layer * BOX) as i32, ((layer + 1) * BOX).min(extent.nodes[2] - 1) as i32];
-        let iso = self.scene.iso;
-        for y in 0..extent.nodes[1] {
-            let nodes = work.boxes.nodes(y, layer * BOX);
-            for x in ones(nodes) {
-                let column = x + extent.nodes[0] * y;
-                let [least, most] = work.columns.bound(s, column, range, B::WANT.varied, |u| falloff.value(s, u));
-                work.certain.inside[y] |= u64::from(least > iso * (1.0 + MARGIN)) << x;
-                work.certain.outside[y] |= u64::from(most < iso * (1.0 - MARGIN)) << x;
-            }
-            self.piece.counts.bounds += u64::from(nodes.count_ones());
-        }
-    }
-
     /// Adds the cubes beyond crossed faces that were not visited.
     #[inline(always)]
     pub(super) fn push_neighbours(&mut self, extent: Extent, cube: [usize; 3], case: u8) {
@@ -121,20 +64,6 @@ impl<B: Blend, K: Skin> March<'_, B, K> {
                 self.work.todo[to[2]].push(to[0], to[1]);
             }
         }
-    }
-}
-
-/// Columns of one layer of boxes whose nodes are all inside or all outside, row by row.
-#[derive(Debug, Clone)]
-pub(crate) struct Certain {
-    layer: usize,
-    inside: Rows,
-    outside: Rows,
-}
-
-impl Default for Certain {
-    fn default() -> Self {
-        Self { layer: usize::MAX, inside: [0; WIDEST], outside: [0; WIDEST] }
     }
 }
 
@@ -161,5 +90,3 @@ static CROSSED_FACES: [u8; 256] = {
     }
     table
 };
-
-const _: () = assert!(BOX == 4, "look_through takes cells of boxes as groups of four bits");

@@ -1,7 +1,7 @@
 //! Slice caches: what is known of the nodes of one lattice plane, and a pool of them.
 //!
 //! ```text
-//! rows     known, valued, inside, shaded, done above, done below, made along x, y, z: one u64 a row, bit x is node (x, y)
+//! rows     known, inside, shaded, done above, done below, made along x, y, z: one u64 a row, bit x is node (x, y)
 //! arrays   values, vertex numbers, outward vectors, user data: x fastest, meaningful where the row's bit is set
 //! ```
 //!
@@ -21,9 +21,8 @@ pub(crate) type Rows = [u64; WIDEST];
 
 /// What is known of one lattice plane. `C` is the user's data of a corner.
 pub(crate) struct Slice<C> {
-    /// Nodes whose side is known; those of them whose value is, too.
+    /// Nodes whose value is known; those of them that are inside.
     pub(crate) known: Rows,
-    pub(crate) valued: Rows,
     pub(crate) inside: Rows,
     /// Corners whose outward vector and user data are known.
     pub(crate) shaded: Rows,
@@ -49,7 +48,6 @@ impl<C: Copy + Default> Slice<C> {
         let none = [0; WIDEST];
         Self {
             known: none,
-            valued: none,
             inside: none,
             shaded: none,
             done: [none; 2],
@@ -83,7 +81,6 @@ impl<C: Copy + Default> Slice<C> {
     fn clear(&mut self) {
         for y in ones(self.touched) {
             self.known[y] = 0;
-            self.valued[y] = 0;
             self.inside[y] = 0;
             self.shaded[y] = 0;
             self.done.iter_mut().chain(&mut self.made).for_each(|rows| rows[y] = 0);
@@ -167,7 +164,7 @@ impl<C: Copy + Default> Pool<C> {
 
     /// Bytes that the most slices of this block took.
     pub(crate) fn bytes(&self) -> usize {
-        let rows = 9 * size_of::<Rows>();
+        let rows = 8 * size_of::<Rows>();
         self.most * (rows + self.nodes * 16 + self.shaded * (12 + size_of::<C>()))
     }
 }

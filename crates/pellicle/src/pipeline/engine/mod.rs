@@ -1,4 +1,4 @@
-//! Road B: particles → blocks → columns → slices → sink, every frame.
+//! Road B: particles → blocks → lists of bricks (or columns) → layers (or slices) → sink, every frame.
 
 mod keep;
 mod levels;
@@ -7,6 +7,7 @@ mod seams;
 #[cfg(test)]
 mod tests;
 mod view;
+mod work;
 
 pub use keep::Reuse;
 pub use levels::Region;
@@ -24,9 +25,12 @@ use crate::{
     },
     lattice::Lattice,
     lookup::{cells::Cells, columns::Placed},
-    march::slices::{
-        Blend, Clock, Custom, CustomField, FOREIGN, Lap, March, Needs, Plain, Radial, Scene, Seam, Shading, Sight,
-        Skin, Times, Work,
+    march::{
+        layers,
+        slices::{
+            self, Blend, Clock, Custom, CustomField, FOREIGN, Lap, Plain, Radial, Scene, Seam, Seeds, Shading, Sight,
+            Skin, Times,
+        },
     },
     math::{
         ranges::{PerItem, for_each_part},
@@ -37,6 +41,7 @@ use crate::{
 use keep::{Keep, Kept};
 use seams::Seams;
 use view::{Axes, block_key, dot};
+use work::{Needs, Work};
 
 /// Particles of a frame: positions, and what may differ between them.
 #[derive(Debug, Clone, Copy)]
@@ -464,15 +469,16 @@ impl<B: Blend, K: Skin> Job<'_, B, K> {
             }
             let thread = rayon::current_thread_index().unwrap_or(0) % self.works.len();
             let mut work = self.works[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            self.unit.run(March {
-                scene: self.scene,
-                first,
-                seam,
-                sight,
-                members,
-                work: &mut work,
-                piece: &mut kept.piece,
-            });
+            let (scene, piece) = (self.scene, &mut kept.piece);
+            let Work { slices: by_slices, layers: by_layers } = &mut *work;
+            match scene.seeds {
+                Seeds::Complete => {
+                    self.unit.run(layers::March { scene, first, seam, sight, members, work: by_layers, piece })
+                }
+                Seeds::Particles => {
+                    self.unit.run(slices::March { scene, first, seam, sight, members, work: by_slices, piece })
+                }
+            }
             if self.reuse {
                 kept.settle();
             }

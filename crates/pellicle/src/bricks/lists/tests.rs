@@ -1,0 +1,106 @@
+//! Lists against a search through all particles.
+
+use super::*;
+use crate::{field::falloff::Triquet, math::simd::Portable};
+
+/// Particles around a block whose reaches differ, and some that touch it by a hair.
+fn strewn(count: u32, reach: f32, varied: bool) -> Vec<Placed> {
+    let mut state = 11u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1u64 << 24) as f32
+    };
+    (0..count)
+        .map(|index| Placed {
+            node: [0, 1, 2].map(|a| (random() * 44.0) as i32 - 14 + [100, -60, 8][a]),
+            offset: if index % 5 == 0 { [0.0; 3] } else { [random() - 0.5, random() - 0.5, random() - 0.5] },
+            reach: if varied { reach * (0.1 + 0.9 * random()) } else { reach },
+            strength: 1.0 + random(),
+            index,
+        })
+        .collect()
+}
+
+/// What each particle leaves of its reach at a node, by 64-bit arithmetic.
+fn rest(p: &Placed, node: [i32; 3]) -> f64 {
+    let d = (0..3).map(|a| (f64::from(node[a] - p.node[a]) - f64::from(p.offset[a])).powi(2)).sum::<f64>();
+    1.0 - d / f64::from(p.reach).powi(2)
+}
+
+#[test]
+fn a_nodes_particles_are_exactly_those_within_reach_in_canonical_order() {
+    let extent = Extent { first: [100, -60, 8], nodes: [17, 13, 9] };
+    for (count, reach, varied) in [(60, 3.0, false), (200, 2.5, true), (30, 9.0, true), (300, 0.4, false)] {
+        let particles = strewn(count, reach, varied);
+        let members: Vec<u32> = (0..count).collect();
+        let (mut heights, mut lists, mut near) = (Heights::default(), Lists::default(), Near::default());
+        near.provide(count as usize + LANES);
+        heights.sort(extent, &particles, &members);
+        let (mut found, mut entries) = (0, 0);
+        for layer in 0..extent.nodes[2].div_ceil(SIDE) {
+            let want = Want { varied: true, who: true };
+            lists.begin::<_, Triquet>(Portable, None, 0.0, extent, layer, &particles, &heights, want);
+            entries += lists.entries();
+            for brick in 0..5 * 4 {
+                let first = [4 * (brick % 5), 4 * (brick / 5), 4 * layer];
+                let list = lists.list(brick);
+                for node in (0..64).map(|n| [n % 4, n / 4 % 4, n / 16]) {
+                    let at: [i32; 3] = std::array::from_fn(|a| extent.first[a] + (first[a] + node[a]) as i32);
+                    list.find(node, &mut near);
+                    let got: Vec<usize> = near.who().collect();
+                    let doubtful = |i: &usize| rest(&particles[*i], at).abs() < 1e-5;
+                    let mut want: Vec<usize> = (0..count as usize).filter(|&i| rest(&particles[i], at) > 0.0).collect();
+                    want.sort_by_key(|&i| (particles[i].node[2], i));
+                    let sure = |v: &[usize]| v.iter().copied().filter(|i| !doubtful(i)).collect::<Vec<_>>();
+                    assert_eq!(sure(&got), sure(&want), "{count} {reach} at {at:?}");
+                    for (&i, &u) in got.iter().zip(near.rests()) {
+                        assert!((f64::from(u) - rest(&particles[i], at)).abs() < 1e-5);
+                    }
+                    found += got.len();
+                }
+            }
+        }
+        assert!(found > 0 && entries <= 64 * found, "{found} {entries}");
+    }
+}
+
+#[test]
+fn what_bounds_decide_is_true_of_every_node_and_lists_can_be_added() {
+    let extent = Extent { first: [100, -60, 8], nodes: [17, 13, 9] };
+    let (mut decided, want) = ([0, 0], Want { varied: true, who: true });
+    for (count, reach, iso) in [(60, 3.0, 0.2), (400, 6.0, 0.2), (30, 9.0, 0.1), (3000, 9.0, 0.2)] {
+        let particles = strewn(count, reach, count < 3000);
+        let members: Vec<u32> = (0..count).collect();
+        let (mut heights, mut lists, mut all) = (Heights::default(), Lists::default(), Lists::default());
+        heights.sort(extent, &particles, &members);
+        for layer in 0..3 {
+            lists.begin(Portable, Some(&Triquet), iso, extent, layer, &particles, &heights, want);
+            all.begin::<_, Triquet>(Portable, None, iso, extent, layer, &particles, &heights, want);
+            let bit = |rows: &[u16], brick: usize| rows[brick / 5] >> (brick % 5) & 1 == 1;
+            for brick in (0..20).filter(|&brick| !bit(&lists.open, brick)) {
+                let inside = bit(&lists.inside, brick);
+                let first = [4 * (brick % 5), 4 * (brick / 5), 4 * layer];
+                for node in (0..64).map(|n| [n % 4, n / 4 % 4, n / 16]) {
+                    let at = std::array::from_fn(|a| extent.first[a] + (first[a] + node[a]) as i32);
+                    let brings = |p: &Placed| f64::from(p.strength) * rest(p, at).max(0.0).powi(2) / 4.0;
+                    let value: f64 = particles.iter().map(brings).sum();
+                    assert_eq!(value > f64::from(iso), inside, "{value} at {at:?}");
+                }
+                decided[usize::from(inside)] += 1;
+            }
+            // A list made later is that made at once, and the others stay.
+            let rows: Vec<u16> = (0..4).map(|row| !lists.open[row] & 0b1_1111).collect();
+            lists.add(&rows, &particles);
+            for brick in 0..20 {
+                let bits = |lists: &Lists| {
+                    let list = lists.list(brick);
+                    let at: Vec<_> =
+                        list.entries.iter().map(|e| (e.at.map(f32::to_bits), e.rest.map(f32::to_bits))).collect();
+                    (at, list.who.to_vec(), list.strengths.to_vec())
+                };
+                assert_eq!(bits(&lists), bits(&all), "brick {brick}");
+            }
+        }
+    }
+    assert!(decided.iter().all(|&n| n > 5), "bricks are decided on both sides: {decided:?}");
+}

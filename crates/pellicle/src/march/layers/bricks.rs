@@ -1,0 +1,122 @@
+//! What is known of one layer of bricks: sides and values of nodes and, where vertices are, outward vectors and user data.
+//!
+//! ```text
+//! inside    one u64 a brick: bit x + 4 y + 16 z is a node
+//! values    64 a brick, meaningful where `filled`
+//! shades    outward vectors and user data: taken only by bricks with vertices, found through `shade`
+//! ```
+//!
+//! Source: this project; bits in place of arrays of numbers as in [`slices`](crate::march::slices).
+
+use super::fill::NODES;
+use crate::{bricks::lists::Lists, lookup::columns::provide};
+
+/// No shade.
+const NONE: u16 = u16::MAX;
+
+/// Outward vectors and user data of one brick's nodes.
+#[derive(Clone)]
+pub(super) struct Shade<C> {
+    pub(super) outward: [[f32; NODES]; 3],
+    pub(super) corners: Vec<C>,
+    /// Planes whose outward vectors are known; nodes whose user data is.
+    pub(super) planes: u8,
+    pub(super) nodes: u64,
+}
+
+/// One layer of bricks. Reusable.
+pub(super) struct Bricks<C> {
+    pub(super) lists: Lists,
+    pub(super) inside: Vec<u64>,
+    pub(super) filled: Vec<bool>,
+    /// Nodes at the ends of crossed edges.
+    pub(super) needed: Vec<u64>,
+    pub(super) values: Vec<[f32; NODES]>,
+    shade: Vec<u16>,
+    shades: Vec<Shade<C>>,
+    taken: usize,
+}
+
+impl<C> Default for Bricks<C> {
+    fn default() -> Self {
+        Self {
+            lists: Lists::default(),
+            inside: Vec::new(),
+            filled: Vec::new(),
+            needed: Vec::new(),
+            values: Vec::new(),
+            shade: Vec::new(),
+            shades: Vec::new(),
+            taken: 0,
+        }
+    }
+}
+
+impl<C: Copy + Default> Bricks<C> {
+    /// Starts a layer of so many bricks of which nothing is known.
+    pub(super) fn begin(&mut self, bricks: usize) {
+        for bits in [&mut self.inside, &mut self.needed] {
+            bits.clear();
+            bits.resize(bricks, 0);
+        }
+        self.filled.clear();
+        self.filled.resize(bricks, false);
+        self.shade.clear();
+        self.shade.resize(bricks, NONE);
+        self.values.resize(bricks.max(self.values.len()), [0.0; NODES]);
+        self.taken = 0;
+    }
+
+    /// Lists, and the shade of a brick, which gets one if it has none, with room for so many nodes' user data.
+    #[inline(always)]
+    pub(super) fn shade(&mut self, brick: usize, corners: usize) -> (&Lists, &mut Shade<C>) {
+        if self.shade[brick] == NONE {
+            self.shade[brick] = self.taken as u16;
+            self.taken += 1;
+            if self.shades.len() < self.taken || self.shades[self.taken - 1].corners.len() < corners {
+                self.grow(self.taken, corners);
+            }
+            let shade = &mut self.shades[self.taken - 1];
+            (shade.planes, shade.nodes) = (0, 0);
+        }
+        (&self.lists, &mut self.shades[usize::from(self.shade[brick])])
+    }
+
+    #[cold]
+    fn grow(&mut self, shades: usize, corners: usize) {
+        self.shades.resize_with(shades.max(self.shades.len()), || Shade {
+            outward: [[0.0; NODES]; 3],
+            corners: Vec::new(),
+            planes: 0,
+            nodes: 0,
+        });
+        self.shades.iter_mut().for_each(|shade| shade.corners.resize(corners.max(shade.corners.len()), C::default()));
+    }
+
+    /// The shade of a brick that has one.
+    #[inline(always)]
+    pub(super) fn shade_of(&self, brick: usize) -> &Shade<C> {
+        &self.shades[usize::from(self.shade[brick])]
+    }
+
+    /// Shades in use.
+    pub(super) fn shades(&self) -> usize {
+        self.taken
+    }
+
+    /// Makes room for so many bricks, and shades with so many nodes' user data.
+    pub(super) fn provide(&mut self, bricks: usize, shades: usize, corners: usize) {
+        provide(&mut self.inside, bricks);
+        provide(&mut self.needed, bricks);
+        provide(&mut self.filled, bricks);
+        provide(&mut self.shade, bricks);
+        self.values.resize(bricks.max(self.values.len()), [0.0; NODES]);
+        self.grow(shades, corners);
+    }
+
+    /// Bytes in use, with shades of so many nodes' user data.
+    pub(super) fn bytes(&self, corners: usize) -> usize {
+        self.inside.len() * (size_of::<[f32; NODES]>() + 16 + 1 + 2)
+            + self.taken * (size_of::<Shade<C>>() + corners * size_of::<C>())
+    }
+}
