@@ -69,10 +69,13 @@ impl Task<'_> {
         let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
         let finish = job.finishing.finish;
+        if !job.finishing.is_nothing() {
+            let mesh_bytes = 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64;
+            let needed = held + mesh_bytes + job.finishing.memory(&mesh);
+            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
+        }
         if !finish.is_nothing() {
             self.clock.begin("finish");
-            let needed = held + 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64 + finish.memory(&mesh);
-            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
             let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
             finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
         }
