@@ -15,7 +15,7 @@
 //! A brick is tried whole, then in eighths of 2×2×2 nodes. Between splashes, where thin blobs may arise in the midst of lowest
 //! values, nothing is proven, and nodes are evaluated one by one.
 //!
-//! Source: the bound is this project's; tested against the field itself.
+//! Source: this project; tested against the field itself.
 
 use super::{Scratch, brick_box, brick_origin, corner, node_offset, octet_box};
 use crate::{
