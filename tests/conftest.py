@@ -86,13 +86,13 @@ def witness(request):
     """Tells the table of formats what a test has shown: witness("STL", "mesh out", trimesh, "face normals").
 
     `format` as `pellicle_io::formats()` names it; `direction` is one of "particles in", "particles out", "mesh in",
-    "mesh out", "volume in"; `package` the module (its name and version are noted) or a string; `attributes` what was compared besides
+    "mesh out", "volume in", "volume out"; `package` the module (its name and version are noted) or a string; `attributes` what was compared besides
     positions and triangles. Counts when the test passes. `cargo xtask formats` turns all of them into
     docs/src/formats.md. `@pytest.mark.witness` with the same words does it for a test that shows one thing.
     """
 
     def tell(format, direction, package, attributes=""):
-        assert direction in ("particles in", "particles out", "mesh in", "mesh out", "volume in"), direction
+        assert direction in ("particles in", "particles out", "mesh in", "mesh out", "volume in", "volume out"), direction
         name = package if isinstance(package, str) else package.__name__
         request.node.stash.setdefault(WITNESSES, []).append((format, direction, name, attributes))
 

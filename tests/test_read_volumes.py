@@ -304,6 +304,26 @@ def test_vti(pellicle, out):
         assert_ramp(pellicle, path, vtk_affine())
 
 
+@pytest.mark.witness("VTK XML image", "volume in", "vtk", "pieces in files, with ghost levels")
+@pytest.mark.parametrize("cells", [False, True])
+@pytest.mark.parametrize("pieces, ghosts", [(1, 0), (4, 0), (7, 2)])
+def test_pvti(pellicle, out, cells, pieces, ghosts):
+    vtk = pytest.importorskip("vtk")
+    writer = vtk.vtkXMLPImageDataWriter()
+    writer.SetInputData(vtk_image(vtk, {"ramp": flat("i2")}, cells=cells))
+    writer.SetFileName(str(out / "ramp.pvti"))
+    writer.SetNumberOfPieces(pieces)
+    writer.SetStartPiece(0)
+    writer.SetEndPiece(pieces - 1)
+    writer.SetGhostLevel(ghosts)
+    assert writer.Write() == 1
+    assert len(list(out.glob("**/*.vti"))) == pieces
+    assert_ramp(pellicle, out / "ramp.pvti", vtk_affine(cells=cells))
+    first = sorted(out.glob("**/*.vti"))[0]
+    first.unlink()
+    assert_failed(pellicle("contour", out / "ramp.pvti", "--iso", 1), "ramp.pvti", first.name)
+
+
 @pytest.mark.witness("VTK legacy", "volume in", "vtk", "all types, text and binary; points and cells; several arrays")
 def test_legacy_vtk(pellicle, out):
     vtk = pytest.importorskip("vtk")
@@ -348,3 +368,96 @@ def test_gzip_of_many_members_is_one_stream(pellicle, out):
     assert_ramp(pellicle, packed, affine, tolerance=1e-3)
     packed.write_bytes(b"".join(parts)[:-200])
     assert_failed(pellicle("contour", packed, "--iso", 1), packed)
+
+
+# What `convert` writes, by foreign readers.
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_written_volumes_are_read_by_others(pellicle, out, witness, kind):
+    nibabel, nrrd = pytest.importorskip("nibabel"), pytest.importorskip("nrrd")
+    source = out / "ramp.nii"
+    nibabel.Nifti1Image(RAMP.astype(kind), OBLIQUE, dtype=kind).to_filename(source)
+    for name in ["r.nii", "r.nii.gz", "r.nrrd", "r.npy"]:
+        assert_done(pellicle("convert", source, out / name))
+    for name in ["r.nii", "r.nii.gz"]:
+        image = nibabel.load(out / name)
+        assert image.get_data_dtype() == np.dtype(kind) and np.array_equal(np.asarray(image.dataobj), RAMP)
+        assert np.allclose(image.affine, OBLIQUE, atol=1e-6)
+    values, header = nrrd.read(str(out / "r.nrrd"))
+    assert values.dtype == np.dtype(kind) and np.array_equal(values, RAMP)
+    assert header["space"] == "right-anterior-superior"
+    assert np.allclose(header["space directions"], OBLIQUE[:3, :3].T, atol=1e-6)
+    assert np.allclose(header["space origin"], OBLIQUE[:3, 3], atol=1e-5)
+    values = np.load(out / "r.npy")
+    assert values.dtype == np.dtype(kind) and np.array_equal(values, RAMP.T)
+    witness("NIfTI", "volume out", nibabel, "all types; affine")
+    witness("NRRD", "volume out", nrrd, "all types; directions")
+    witness("NumPy array", "volume out", np, "all types")
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_written_volumes_are_read_by_itk(pellicle, out, witness, kind):
+    sitk = pytest.importorskip("SimpleITK")
+    image, affine = itk_image(sitk, kind)
+    source = out / "ramp.nrrd"
+    sitk.WriteImage(image, str(source))
+    for name in ["r.mha", "r.nrrd", "r.nii"]:
+        assert_done(pellicle("convert", source, out / name))
+        found = sitk.ReadImage(str(out / name))
+        # ITK turns NIfTI's directions into its own.
+        assert np.array_equal(sitk.GetArrayFromImage(found), RAMP.T), name
+        assert found.GetPixelID() == image.GetPixelID()
+        assert np.allclose(found.GetSpacing(), image.GetSpacing(), atol=1e-5)
+        assert np.allclose(found.GetOrigin(), image.GetOrigin(), atol=1e-4)
+        assert np.allclose(found.GetDirection(), image.GetDirection(), atol=1e-5)
+    for name in ["MetaImage", "NRRD", "NIfTI"]:
+        witness(name, "volume out", sitk, "all types; directions")
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_written_volumes_are_read_by_vtk(pellicle, out, witness, kind):
+    vtk = pytest.importorskip("vtk")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    writer = vtk.vtkXMLImageDataWriter()
+    direction = np.array([[0.0, -1.0, 0.0], [0.6, 0.0, 0.8], [0.8, 0.0, -0.6]])
+    for name, reader, turn in [
+        ("r.vti", vtk.vtkXMLImageDataReader(), direction),
+        ("r.vtk", vtk.vtkStructuredPointsReader(), np.eye(3)),
+    ]:
+        writer.SetInputData(vtk_image(vtk, {"ramp": flat(kind)}, direction=turn))
+        writer.SetFileName(str(out / "ramp.vti"))
+        assert writer.Write() == 1
+        assert_done(pellicle("convert", out / "ramp.vti", out / name))
+        reader.SetFileName(str(out / name))
+        reader.Update()
+        image = reader.GetOutput()
+        values = vtk_to_numpy(image.GetPointData().GetArray("ramp"))
+        assert image.GetDimensions() == DIMS and np.array_equal(values, flat(kind)) and values.dtype == np.dtype(kind)
+        matrix = image.GetIndexToPhysicalMatrix()
+        found = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        assert np.allclose(found, vtk_affine(turn), atol=1e-9)
+    witness("VTK XML image", "volume out", vtk, "all types; directions")
+    witness("VTK legacy", "volume out", vtk, "all types")
+
+
+def test_a_part_of_a_volume_is_written(pellicle, out):
+    np.save(out / "ramp.npy", RAMP.T.astype("f4"))
+    place = ["--spacing", "0.5,2,1.5", "--origin", "10,-20,0.25"]
+    process = pellicle("convert", out / "ramp.npy", out / "part.nrrd", *place, "--crop", "11,-,1", "13,-10,-", "--json")
+    assert_done(process)
+    report = json.loads(process.stdout)["frames"][0] if "frames" in json.loads(process.stdout) else json.loads(process.stdout)
+    assert report["dims"] == [5, 6, 6] and report["kind"] == "volume"
+    part = RAMP[2:7, :6, 1:7]
+    values = part.astype("f4")
+    process = pellicle("convert", out / "part.nrrd", out / "part.npy")
+    assert_done(process)
+    assert "spacing and origin" in process.stderr
+    assert np.array_equal(np.load(out / "part.npy"), values.T)
+    info_of = info(pellicle, out / "part.nrrd")
+    assert info_of["origin"] == [11.0, -20.0, 1.75] and info_of["dims"] == [5, 6, 6]
+    assert_failed(pellicle("convert", out / "part.nrrd", out / "part.vti", "--where", "x>0"), "--where")
+    assert_failed(pellicle("convert", out / "part.nrrd", out / "part.mhd"), ".mha")
+    assert_failed(pellicle("convert", out / "part.nrrd", out / "part.ply"), "part.nrrd")
+    assert_failed(pellicle("convert", out / "part.npy", out / "part.ply", "--dims", "5,6,6"), "--dims")

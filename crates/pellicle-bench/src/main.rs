@@ -1,5 +1,6 @@
 //! Measurements that are programs, not stages: `pellicle-bench VERB …`. Each verb is one file, and says what it prints.
 
+mod akinci;
 mod contour;
 mod convergence;
 mod draw_order;
@@ -21,9 +22,10 @@ type Run = fn(&[String]) -> Result<(), String>;
 
 /// What can be measured: the verb, its arguments, and the function.
 const VERBS: &[(&str, &str, Run)] = &[
+    ("akinci-2012", "[--json] [--search] [--quick] [--threads N] [--large FILE RADIUS]", akinci::run),
     ("contour", "FILE TYPE NX NY NZ ISO THREADS REPEATS [LEVEL]", contour::run),
     ("convergence", "", convergence::run),
-    ("tetrahedra", "[--json]", tetrahedra::run),
+    ("tetrahedra", "[--json] [--of NAME] [--scan FILE ISO]", tetrahedra::run),
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),

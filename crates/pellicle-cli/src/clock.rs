@@ -30,6 +30,7 @@ impl StageClock {
         self.begin(match stage {
             Stage::Sort => "sort",
             Stage::Density => "density",
+            Stage::SurfaceParticles => "surface",
             Stage::Active => "active",
             Stage::Fill => "fill",
             Stage::Count => "count",

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use pellicle::Mesh;
 use pellicle::post::Finish;
 use pellicle::post::clamp::Bounds;
 use pellicle::post::components::{Cavities, Keep};
@@ -150,6 +151,14 @@ impl Finishing {
     /// Whether the mesh is written as it comes.
     pub fn is_nothing(&self) -> bool {
         self.finish.is_nothing() && !self.quads
+    }
+
+    /// Bytes needed besides the mesh, at the most.
+    pub fn memory(&self, mesh: &Mesh) -> u64 {
+        /// Sides, pairs and who is in which, of a triangle.
+        const PAIRING: u64 = 130;
+        let pairing = if self.quads { PAIRING * mesh.triangles.len() as u64 } else { 0 };
+        pairing.max(if self.finish.is_nothing() { 0 } else { self.finish.memory(mesh) })
     }
 
     /// Whether the file can hold what is asked for, from its name alone.

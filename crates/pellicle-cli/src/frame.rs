@@ -256,6 +256,8 @@ impl Outcome {
             "bricks_filled": made.stats.bricks_filled,
             "bricks_crossed": made.stats.bricks_crossed,
             "blocks": made.stats.blocks,
+            "surface_particles": made.stats.surface_particles,
+            "surface_nodes": made.stats.surface_nodes,
             "stages": self.stages.iter().map(stage).collect::<Vec<_>>(),
             "seconds": self.seconds,
         })

@@ -152,6 +152,10 @@ impl MeshJob {
         if !args.finish.wall.is_empty() && args.surface.method != CellArg::Cubes {
             return Err(Failure::Usage("--wall: walls cut marching cubes only (leave out --method)".into()));
         }
+        if !args.finish.wall.is_empty() && args.surface.band == BandArg::Paper {
+            let why = "--wall: where a wall cuts the fluid no surface particle tells of it (leave out --band paper)";
+            return Err(Failure::Usage(why.into()));
+        }
         Ok(Self {
             files,
             radius: args.surface.radius,
@@ -161,6 +165,9 @@ impl MeshJob {
                 CellArg::Cubes => None,
                 CellArg::Tetra5 => Some(Tetrahedra::Five),
                 CellArg::Tetra6 => Some(Tetrahedra::Six),
+                CellArg::Bcc => Some(Tetrahedra::BodyCentred),
+                CellArg::Simplex => Some(Tetrahedra::Simplex),
+                CellArg::Regularised => Some(Tetrahedra::Regularised),
             },
             finishing: Finishing::new(&args.finish, Of::Particles)?,
             walls: walls::build(&args.finish.wall)?,
@@ -245,6 +252,10 @@ fn params(args: &MeshArgs, lanes: Lanes) -> Result<Params, Failure> {
         band: match surface.band {
             BandArg::Auto => Band::Auto,
             BandArg::Full => Band::Full,
+            BandArg::Paper if surface.method != CellArg::Cubes => {
+                return Err(Failure::Usage("--band paper is for --method cubes: it knows whole cells only".into()));
+            }
+            BandArg::Paper => Band::Paper,
         },
         normals: args.normals == Switch::On,
         max_memory: args.machine.max_memory,
@@ -329,9 +340,15 @@ mod tests {
 
     #[test]
     fn what_cannot_mean_anything_is_a_usage_error() {
-        for wrong in
-            ["--where type=", "--crop 1,2,3 0,0,0", "--crop 1,2 3,4,5", "--frames 9-x", "--shard 4/3", "--png a.jpg"]
-        {
+        for wrong in [
+            "--where type=",
+            "--crop 1,2,3 0,0,0",
+            "--crop 1,2 3,4,5",
+            "--frames 9-x",
+            "--shard 4/3",
+            "--png a.jpg",
+            "--band paper --method tetra5",
+        ] {
             let line = format!("pellicle mesh a.xyz {wrong}");
             assert!(matches!(resolve(&line), Err(Failure::Usage(_))), "{wrong}");
         }

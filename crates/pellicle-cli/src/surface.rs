@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pellicle::post::{
-    Finish,
     quads::{Pairing, pair},
     settle::{on_walls, settle},
     snap::Nodes,
@@ -116,9 +115,9 @@ pub fn make(
         write_stream(surface, &attributes, &params, order)?;
     } else {
         let mut mesh = made.into_mesh().map_err(core)?;
+        check_memory(order.finishing.memory(&mesh), &params, order)?;
         if !finish.is_nothing() {
             clock.begin("finish");
-            check_memory(&finish, &mesh, &params, order)?;
             let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
             let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
             if let Some(walls) = order.walls {
@@ -193,17 +192,12 @@ pub fn method_name(split: Tetrahedra) -> &'static str {
 const CROWDING: &str = "crowding";
 
 /// Whether finishing fits what the limit leaves besides the mesh.
-fn check_memory(finish: &Finish, mesh: &Mesh, params: &Params, order: &Order) -> Result<(), Failure> {
-    let needed = finish.memory(mesh);
+fn check_memory(needed: u64, params: &Params, order: &Order) -> Result<(), Failure> {
+    let what = "finishing the mesh (--smooth, --decimate, --keep, --clamp, --quads)";
     match params.max_memory {
-        Some(available) if needed > available => Err(Failure::core(
-            order.source,
-            pellicle::Error::Memory {
-                what: "finishing the mesh (--smooth, --decimate, --keep, --clamp)",
-                needed,
-                available,
-            },
-        )),
+        Some(available) if needed > available => {
+            Err(Failure::core(order.source, pellicle::Error::Memory { what, needed, available }))
+        }
         _ => Ok(()),
     }
 }

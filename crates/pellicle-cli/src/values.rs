@@ -93,6 +93,33 @@ pub fn parse_isos(text: &str) -> Result<IsoValues, String> {
     Ok(IsoValues(isos))
 }
 
+/// Labels whose surfaces are wanted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Labels {
+    /// All that there are but 0, which is the background by convention.
+    All,
+    /// These, no two of them equal.
+    Some(Vec<i128>),
+}
+
+/// `all`, or whole numbers between commas.
+pub fn parse_labels(text: &str) -> Result<Labels, String> {
+    if text.trim() == "all" {
+        return Ok(Labels::All);
+    }
+    let mut labels = Vec::new();
+    for text in text.split(',').map(str::trim) {
+        let Ok(label) = text.parse::<i128>() else {
+            return Err("must be all, or whole numbers with commas between them, such as 1,2,17".into());
+        };
+        if labels.contains(&label) {
+            return Err(format!("{text} is named twice"));
+        }
+        labels.push(label);
+    }
+    Ok(Labels::Some(labels))
+}
+
 /// Samples along x, y and z, and numbers per sample.
 pub fn parse_dims(text: &str) -> Result<[u64; 4], String> {
     let numbers: Option<Vec<u64>> = text.split(',').map(|n| n.trim().parse().ok().filter(|&n| n > 0)).collect();

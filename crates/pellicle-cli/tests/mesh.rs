@@ -49,6 +49,26 @@ fn the_bytes_are_the_same_for_any_number_of_threads() {
 }
 
 #[test]
+fn the_papers_band_is_reported_and_the_same_bytes_with_little_memory() {
+    let folder = Folder::new();
+    folder.write_xyz("frame.xyz", &cube(24));
+    let run = |name: &str, more: &[&str]| {
+        let arguments = ["mesh", "frame.xyz", "-r", "0.5", "--band", "paper", "-c", "0.75", "--json", "-o", name];
+        folder.run(&[&arguments[..], more].concat()).expect(0).json()
+    };
+    let report = run("a.ply", &[]);
+    assert_eq!(report["parameters"]["band"], "paper");
+    // The outermost layer of the cube, and half of the nodes of what it takes.
+    assert_eq!(report["surface_particles"], 24 * 24 * 24 - 22 * 22 * 22);
+    assert!(report["surface_nodes"].as_u64().unwrap() > 10_000);
+    assert!(report["stages"].as_array().unwrap().iter().any(|stage| stage["name"] == "surface"));
+    let little = run("b.ply", &["--max-memory", "3M", "--threads", "1"]);
+    assert!(little["blocks"].as_u64().unwrap() > 1, "{little}");
+    assert!(std::fs::read(folder.path("a.ply")).unwrap() == std::fs::read(folder.path("b.ply")).unwrap());
+    folder.run(&["check", "a.ply"]).expect(0);
+}
+
+#[test]
 fn the_json_report_stands_alone_on_stdout() {
     let folder = Folder::new();
     folder.write_xyz("frame.xyz", &cube(6));
@@ -255,8 +275,12 @@ fn tetrahedra_make_a_closed_surface_of_the_same_volume_with_normals_and_attribut
         assert_eq!(report["closed_manifold"], true);
         (report["signed_volume"].as_f64().unwrap(), report["triangles"].as_u64().unwrap())
     };
-    let (cubes, five, six) = (volume("cubes"), volume("tetra5"), volume("tetra6"));
-    assert!((five.0 / cubes.0 - 1.0).abs() < 0.01 && (six.0 / cubes.0 - 1.0).abs() < 0.01);
-    assert!(cubes.1 < five.1 && five.1 < six.1);
-    folder.run(&["mesh", "frame.xyz", "--method", "bcc"]).expect(2);
+    let (cubes, five, six, bcc) = (volume("cubes"), volume("tetra5"), volume("tetra6"), volume("bcc"));
+    let regular = volume("regularised");
+    for other in [five, six, bcc, regular] {
+        assert!((other.0 / cubes.0 - 1.0).abs() < 0.01, "{other:?} {cubes:?}");
+    }
+    assert!(cubes.1 < five.1 && five.1 < six.1 && six.1 < bcc.1 && regular.1 < five.1);
+    assert_eq!(volume("simplex"), bcc);
+    folder.run(&["mesh", "frame.xyz", "--method", "tetra7"]).expect(2);
 }

@@ -64,6 +64,8 @@ fn check_tells_the_shapes_of_triangles_and_the_distance_to_another_mesh() {
     folder.write("moved.obj", TETRAHEDRON.replace("v 0 0 1", "v 0 0 2").as_bytes());
     let run = folder.run(&["check", "tetrahedron.obj", "--quality"]).expect(0);
     assert!(run.stdout.contains("radius ratio") && run.stdout.contains("3: 4"), "{}", run.stdout);
+    let heads = run.stdout.lines().find(|line| line.contains("median")).unwrap_or_default();
+    assert_eq!(heads.split_whitespace().collect::<Vec<_>>().join(" "), "min 1 % 5 % median mean max");
     let report = folder.run(&["check", "tetrahedron.obj", "--reference", "moved.obj", "--json"]).expect(0).json();
     // Three right triangles with two equal sides and an equilateral one.
     assert!((report["quality"]["radius_ratio"]["max"].as_f64().unwrap() - 1.0).abs() < 1e-12);

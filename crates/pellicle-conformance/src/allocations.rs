@@ -4,7 +4,7 @@
 //! #[global_allocator]
 //! static ALLOCATOR: pellicle_conformance::allocations::Counting = pellicle_conformance::allocations::Counting;
 //! let (_, count) = pellicle_conformance::allocations::count(|| std::hint::black_box(vec![0u8; 1000]));
-//! assert_eq!((count.calls, count.peak), (1, 1000));
+//! assert_eq!((count.calls, count.peak, count.held), (1, 1000, 0));
 //! ```
 
 use std::{
@@ -74,6 +74,8 @@ pub struct Count {
     pub largest: u64,
     /// Bytes held at the worst moment, beyond those held before.
     pub peak: i64,
+    /// Bytes held at the end, beyond those held before.
+    pub held: i64,
 }
 
 /// Does some work and tells what the whole process allocated meanwhile.
@@ -87,6 +89,7 @@ pub fn count<T>(work: impl FnOnce() -> T) -> (T, Count) {
         bytes: BYTES.load(Relaxed) - bytes,
         largest: LARGEST.load(Relaxed),
         peak: PEAK.load(Relaxed) - live,
+        held: LIVE.load(Relaxed) - live,
     };
     (result, count)
 }

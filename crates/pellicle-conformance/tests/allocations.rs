@@ -159,3 +159,22 @@ fn levels_allocate_nothing_once_they_are_warm() {
         });
     }
 }
+
+/// A sphere in 1, 8 and 64 times as many cells: besides the mesh, memory grows with its surface at most.
+#[test]
+fn contouring_a_function_holds_its_surface_and_no_volume() {
+    let _alone = alone();
+    let sphere = |p: [f64; 3]| 1.0 - p.iter().map(|v| v * v).sum::<f64>();
+    let besides = [100, 200, 400].map(|cells| {
+        let domain = pellicle::Domain::covering([[-1.2; 3], [1.2; 3]], 2.4 / f64::from(cells));
+        let params = pellicle::ContourParams::default();
+        let contour = || pellicle::contour_function(&sphere, &domain, 0.0, &params).expect("fits");
+        let (mesh, count) = in_pool(1, || count(contour));
+        let held = 12 * (mesh.vertices.len() + mesh.triangles.len()) as i64;
+        println!("{cells}: {count:?}, the mesh {held}");
+        count.peak - held
+    });
+    let nodes = 401i64.pow(3);
+    assert!(besides[2] < nodes / 4, "{besides:?} beside {nodes} nodes");
+    assert!(besides[2] < 5 * besides[1].max(1 << 18), "{besides:?}");
+}

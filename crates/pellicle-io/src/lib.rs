@@ -61,6 +61,6 @@ pub use particles::{
     read_particles, read_pvd, write_particles,
 };
 pub use volumes::{
-    Axes, Grid, Order, Placement, RawVolume, SampleType, Samples, Scaling, VolumeArray, VolumeData, VolumeFile,
-    VolumeHeader, VolumeOptions, holds_volume, open_volume, read_volume,
+    Axes, Grid, Order, Placement, RawVolume, SampleType, Samples, Scaling, Space, VolumeArray, VolumeData, VolumeFile,
+    VolumeHeader, VolumeOptions, check_volume_format, holds_volume, open_volume, read_volume, write_volume,
 };

@@ -18,20 +18,21 @@ fn docs() -> PathBuf {
 }
 
 /// The directions, and whether a format goes there.
-fn directions(format: &FormatInfo) -> [(&'static str, bool); 5] {
+fn directions(format: &FormatInfo) -> [(&'static str, bool); 6] {
     [
         ("particles in", format.reads_particles),
         ("particles out", format.writes_particles),
         ("mesh in", format.reads_meshes),
         ("mesh out", format.writes_meshes),
         ("volume in", format.reads_volumes),
+        ("volume out", format.writes_volumes),
     ]
 }
 
 fn tables(witnesses: &str) -> String {
     let rows: Vec<Vec<&str>> = witnesses.lines().map(|line| line.split('\t').collect()).collect();
     let mut text = String::from(
-        "\n| format | extensions | particles in | particles out | mesh in | mesh out | volume in |\n|---|---|---|---|---|---|---|\n",
+        "\n| format | extensions | particles in | particles out | mesh in | mesh out | volume in | volume out |\n|---|---|---|---|---|---|---|---|\n",
     );
     for format in formats() {
         let extensions: Vec<String> = format.extensions.iter().map(|e| format!("`.{e}`")).collect();

@@ -237,7 +237,7 @@ fn headers_that_lie_are_told() {
         ("ascii.vti", "0 4 0 3 0 2\" Origin", "0 4 0 3 0 3\" Origin", "missing"),
         ("ascii.vti", "0 4 0 3 0 2\" Origin", "0 4 0 3 0 -1\" Origin", "is empty or too large"),
         ("ascii.vti", "0 4 0 3 0 2\" Origin", "0 4 0 3 0 x\" Origin", "WholeExtent"),
-        ("raw.vti", "0 4 0 3 0 2\"><Point", "0 4 0 3 0 3\"><Point", "expected"),
+        ("raw.vti", "0 4 0 3 0 2\"><Point", "0 4 0 3 0 3\"><Point", "beyond the WholeExtent"),
         ("raw.vti", "Int16", "Int32", "expected"),
         ("ascii.vti", "Spacing=\"0.5 2", "Spacing=\"0.5 0", "along y is 0"),
         ("ascii.vti", "\"Int32\"", "\"Strin\"", "no array"),

@@ -64,8 +64,9 @@ pub use field::balls::Metaballs;
 pub use field::crowding::crowding;
 pub use field::function::{Domain, Function, Warp};
 pub use field::noise::{Noise, Turbulent};
-pub use field::volume::{Border, Samples, Volume};
-pub use field::warp::{Projection, View};
+pub use field::surface_particles::surface_particles;
+pub use field::volume::{Border, Interpolant, Samples, Volume};
+pub use field::warp::{Depth, Projection, View};
 pub use lookup::isolated::{IsolationParams, isolated};
 pub use march::resolve::Level;
 pub use mesh::{Mesh, QuadMesh, VertexAttribute};
@@ -75,9 +76,9 @@ pub use params::{
 };
 pub use particles::{Attribute, Carry, Ghosts, Positions, Solid, Walls, infer_radius};
 pub use pipeline::{
-    Chunk, Contour, ContourParams, ContourPiece, ContourStream, PoolUse, Reconstructor, Sampled, Sorted, StreamSample,
-    StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour, contour_function,
-    contour_tetrahedra, reconstruct,
+    Chunk, Contour, ContourParams, ContourPiece, ContourStream, LabelParams, PoolUse, Reconstructor, Sampled, Sorted,
+    StreamSample, StreamShape, Surface, Tetrahedra, TetrahedraParams, VertexNormals, Weighed, contour,
+    contour_function, contour_function_tetrahedra, contour_labels, contour_tetrahedra, reconstruct,
 };
 pub use progress::{CancelToken, Control, Stage};
 pub use sink::pool::VertexPool;

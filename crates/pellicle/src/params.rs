@@ -18,6 +18,11 @@ pub enum Band {
     Auto,
     /// At every node that any particle's support reaches.
     Full,
+    /// The narrow band of Akinci et al. 2012: nodes within two spacings of a [surface particle](crate::surface_particles) along
+    /// each axis; a cell has triangles only if all its eight nodes are such. They are those of [`Band::Full`], but **there may be
+    /// holes**, where the surface lies farther from surface particles: meshes need not be closed. Marching cubes only, and no
+    /// [`Walls`](crate::Walls).
+    Paper,
 }
 
 /// Which vector unit computes. Every choice gives the same bytes.

@@ -12,7 +12,9 @@ pub enum Stage {
     Sort,
     /// Densities, hence volumes, of the particles.
     Density,
-    /// Where to look: the field on the coarse lattice.
+    /// Which particles lie at the surface; with [`Band::Paper`](crate::Band::Paper) only.
+    SurfaceParticles,
+    /// Where to look: the field on the coarse lattice, or nodes near surface particles.
     Active,
     /// Field values on the bricks that matter.
     Fill,

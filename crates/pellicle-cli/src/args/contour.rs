@@ -8,7 +8,7 @@ use pellicle::VertexNormals;
 use super::input::UpArg;
 use super::volume::VolumeArgs;
 use super::{FinishArgs, FrameArgs, MachineArgs, RunArgs};
-use crate::values::{IsoValues, parse_isos, parse_positive};
+use crate::values::{IsoValues, Labels, parse_isos, parse_labels, parse_positive};
 
 /// `contour IN`.
 #[derive(Debug, Args)]
@@ -77,6 +77,15 @@ pub struct ContourSurfaceArgs {
     /// Value at the surface; of several each has its own file OUT_V
     #[arg(short, long, value_name = "V,...", value_parser = parse_isos, allow_hyphen_values = true)]
     pub iso: Option<IsoValues>,
+    /// In place of an isovalue the surface of each label: all but 0, or those named; each its own file OUT_LABEL
+    #[arg(
+        long,
+        value_name = "all|A,B,...",
+        value_parser = parse_labels,
+        allow_hyphen_values = true,
+        conflicts_with_all = ["iso", "method", "normals"]
+    )]
+    pub labels: Option<Labels>,
     /// Close the surface where the volume ends [default: this]
     #[arg(long, conflicts_with = "open")]
     pub closed: bool,

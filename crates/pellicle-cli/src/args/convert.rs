@@ -5,18 +5,18 @@ use std::path::PathBuf;
 use clap::Args;
 use pellicle_io::AttributeChoice;
 
-use super::{FrameArgs, InputArgs, RunArgs};
+use super::{FrameArgs, InputArgs, RunArgs, VolumeArgs};
 use crate::values::{parse_attributes, parse_positive};
 
 /// `convert IN OUT`.
 #[derive(Debug, Args)]
 #[command(
     disable_help_flag = true,
-    after_help = "A file with faces is a mesh; any other holds particles. A mesh becomes particles, its vertices, where OUT can\n\
-hold particles only. What OUT has no room for is left out, and said. File types: pellicle formats"
+    after_help = "A file with faces is a mesh; grids of samples are volumes; any other holds particles. A mesh becomes particles,\n\
+its vertices, where OUT can hold particles only. What OUT has no room for is left out, and said. File types: pellicle formats"
 )]
 pub struct ConvertArgs {
-    /// Particle or mesh file, a folder, a .pvd, or a pattern such as frame_####.vtk
+    /// Particle, mesh or volume file, a folder, a .pvd, or a pattern such as frame_####.vtk
     #[arg(value_name = "IN", required_unless_present_any = ["config", "print_config"])]
     pub input: Option<PathBuf>,
     /// File to write, pattern or .pvd; the extension chooses the format
@@ -31,6 +31,9 @@ pub struct ConvertArgs {
     /// Which particles.
     #[command(flatten)]
     pub from: InputArgs,
+    /// How to read volumes.
+    #[command(flatten)]
+    pub volume: VolumeArgs,
     /// Which frames.
     #[command(flatten)]
     pub frames: FrameArgs,

@@ -86,10 +86,10 @@ pub struct SurfaceArgs {
     /// Attribute with each particle's own radius [default: one for all]
     #[arg(long, value_name = "NAME")]
     pub radius_attribute: Option<String>,
-    /// Fields near the surface, or everywhere as a check
-    #[arg(long, value_name = "auto|full", default_value = "auto", hide_possible_values = true, hide = true)]
+    /// Near the surface, all, or as Akinci 2012 (holes)
+    #[arg(long, value_name = "auto|full|paper", default_value = "auto", hide_possible_values = true, hide = true)]
     pub band: BandArg,
-    /// How cells become triangles: cubes, tetra5, tetra6
+    /// Cut as tetra5, tetra6, bcc, simplex, regularised
     #[arg(long, value_name = "NAME", default_value = "cubes", hide_possible_values = true)]
     pub method: CellArg,
 }
@@ -103,6 +103,12 @@ pub enum CellArg {
     Tetra5,
     /// Six tetrahedra a cell.
     Tetra6,
+    /// The body-centred lattice.
+    Bcc,
+    /// The same tetrahedra, under their other name.
+    Simplex,
+    /// Body-centred, with well-shaped triangles.
+    Regularised,
 }
 
 /// A choice written as a word.
@@ -121,4 +127,6 @@ pub enum BandArg {
     Auto,
     /// Everywhere.
     Full,
+    /// Near surface particles.
+    Paper,
 }

@@ -17,7 +17,7 @@ mod volume;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use crate::values::parse_pixels;
+use crate::values::{parse_finite, parse_pixels};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub use contour::{ContourArgs, MethodArg};
@@ -53,12 +53,12 @@ pub enum Verb {
     Mesh(Box<MeshArgs>),
     /// Volumes to triangle meshes: the surface where values pass an isovalue
     Contour(Box<ContourArgs>),
-    /// Particles or meshes to another format
+    /// Particles, meshes or volumes to another format
     Convert(Box<ConvertArgs>),
     /// What is in a particle, mesh or volume file
     Info(Box<InfoArgs>),
     /// Is a mesh closed, manifold and oriented outward? Exit code 1 if not
-    Check(CheckArgs),
+    Check(Box<CheckArgs>),
     /// Meshes and particles to pictures (PNG)
     Render(Box<RenderArgs>),
     /// Make a splash of particles, its surface and pictures, to see that all works; or metaballs
@@ -227,9 +227,24 @@ pub struct CheckArgs {
     /// Mesh file to measure the distance to, both ways; implies --quality [default: none]
     #[arg(long, value_name = "MESH")]
     pub reference: Option<PathBuf>,
+    /// Volume file to measure the distance to: from its surface at --iso [default: none]
+    #[arg(long, value_name = "VOLUME", requires = "iso")]
+    pub field: Option<PathBuf>,
+    /// Value at the surface of --field
+    #[arg(short, long, value_name = "V", value_parser = parse_finite, allow_hyphen_values = true, requires = "field")]
+    pub iso: Option<f64>,
+    /// Array of --field where it has several [default: the active or the first]
+    #[arg(long, value_name = "NAME", requires = "field")]
+    pub array: Option<String>,
+    /// Time step of --field where it has several, from 0 [default: 0]
+    #[arg(long, value_name = "N", requires = "field")]
+    pub step: Option<usize>,
     /// Samples of each surface for distances; at least one a triangle is taken
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     pub samples: usize,
+    /// How to read the volume.
+    #[command(flatten)]
+    pub from: VolumeArgs,
     /// How much is said.
     #[command(flatten)]
     pub talk: TalkArgs,

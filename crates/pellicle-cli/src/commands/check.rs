@@ -1,5 +1,7 @@
 //! `check MESH`: is the mesh closed, 2-manifold and oriented outward? In words, and by the exit code. With `--quality` also
-//! how good its triangles are, and with `--reference` how far it is from another.
+//! how good its triangles are, with `--reference` how far it is from another, and with `--field` from the volume it was made of.
+
+mod field;
 
 use pellicle::Mesh;
 use pellicle::mesh::{Comparison, Deviation, Quality, Report, Summary, VALENCE_END};
@@ -23,6 +25,7 @@ pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         }
         None => None,
     };
+    let from_field = args.field.as_ref().map(|path| field::measure(args, path, &mesh)).transpose()?;
 
     console.say(format_args!("{}: {}", args.input.display(), overview(&report)));
     for line in measures(&report) {
@@ -31,6 +34,9 @@ pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
     let shapes = quality.iter().flat_map(quality_lines);
     for line in shapes.chain(comparison.iter().flat_map(comparison_lines)) {
         console.say(line);
+    }
+    if let Some(found) = &from_field {
+        console.say(distance_line("to the field's surface", found));
     }
     for defect in &verdict.defects {
         console.say(format_args!("  DEFECT: {defect}"));
@@ -42,6 +48,7 @@ pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
         let mut json = as_json(args, &mesh, &report, &verdict);
         json["quality"] = quality.as_ref().map_or(Value::Null, quality_json);
         json["distance"] = comparison.as_ref().map_or(Value::Null, |found| comparison_json(args, found));
+        json["field"] = from_field.as_ref().map_or(Value::Null, |found| field::as_json(args, found));
         json
     });
 
@@ -153,11 +160,11 @@ fn quality_lines(quality: &Quality) -> Vec<String> {
             show_count(quality.degenerate_triangles),
             show_count(quality.skipped_triangles)
         ),
-        format!("  {:<18}{:>11}{:>11}{:>11}{:>11}{:>11}", "", "min", "1 %", "median", "mean", "max"),
+        format!("  {:<18}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}", "", "min", "1 %", "5 %", "median", "mean", "max"),
     ];
     for (name, summary) in summaries(quality) {
-        let Summary { min, p1, median, mean, max, .. } = summary;
-        let numbers = [min, p1, median, mean, max].map(|v| format!("{:>11}", show_number(v))).concat();
+        let Summary { min, p1, p5, median, mean, max, .. } = summary;
+        let numbers = [min, p1, p5, median, mean, max].map(|v| format!("{:>11}", show_number(v))).concat();
         lines.push(format!("  {:<18}{numbers}", name.replace('_', " ")));
     }
     let valences = quality.valence.iter().enumerate().filter(|(n, count)| *n > 0 && **count > 0);
@@ -168,24 +175,25 @@ fn quality_lines(quality: &Quality) -> Vec<String> {
     lines
 }
 
+fn distance_line(name: &str, deviation: &Deviation) -> String {
+    format!(
+        "  distance {name}: mean {}, rms {}, max {} ({} samples{})",
+        show_number(deviation.mean),
+        show_number(deviation.rms),
+        show_number(deviation.max),
+        show_count(deviation.samples),
+        if deviation.skipped_samples > 0 {
+            format!(", {} of them without a distance", show_count(deviation.skipped_samples))
+        } else {
+            String::new()
+        }
+    )
+}
+
 fn comparison_lines(comparison: &Comparison) -> Vec<String> {
-    let line = |name: &str, deviation: &Deviation| {
-        format!(
-            "  distance {name}: mean {}, rms {}, max {} ({} samples{})",
-            show_number(deviation.mean),
-            show_number(deviation.rms),
-            show_number(deviation.max),
-            show_count(deviation.samples),
-            if deviation.skipped_samples > 0 {
-                format!(", {} of them without a distance", show_count(deviation.skipped_samples))
-            } else {
-                String::new()
-            }
-        )
-    };
     vec![
-        line("to the reference", &comparison.to_reference),
-        line("from the reference", &comparison.from_reference),
+        distance_line("to the reference", &comparison.to_reference),
+        distance_line("from the reference", &comparison.from_reference),
         format!("  Hausdorff distance {}", show_number(comparison.hausdorff())),
     ]
 }
@@ -219,20 +227,21 @@ fn quality_json(quality: &Quality) -> Value {
     json
 }
 
+fn deviation_json(d: &Deviation) -> Value {
+    json!({
+        "samples": d.samples,
+        "skipped_samples": d.skipped_samples,
+        "mean": d.mean,
+        "rms": d.rms,
+        "max": d.max,
+    })
+}
+
 fn comparison_json(args: &CheckArgs, comparison: &Comparison) -> Value {
-    let of = |d: &Deviation| {
-        json!({
-            "samples": d.samples,
-            "skipped_samples": d.skipped_samples,
-            "mean": d.mean,
-            "rms": d.rms,
-            "max": d.max,
-        })
-    };
     json!({
         "reference": args.reference.as_ref().map(|path| path.to_string_lossy()),
-        "to_reference": of(&comparison.to_reference),
-        "from_reference": of(&comparison.from_reference),
+        "to_reference": deviation_json(&comparison.to_reference),
+        "from_reference": deviation_json(&comparison.from_reference),
         "hausdorff": comparison.hausdorff(),
     })
 }

@@ -1,11 +1,14 @@
-//! `convert IN OUT`: particles or meshes to another format, one file or a sequence.
+//! `convert IN OUT`: particles, meshes or volumes to another format, one file or a sequence.
+
+mod volume;
 
 use std::path::Path;
 
 use pellicle::Mesh;
 use pellicle_io::{
     AttributeValues, Content, ParticleAttribute, Particles, PositionData, ReadOptions, Up, WriteOptions, Written,
-    check_mesh_format, check_particle_format, check_writable, read_content, write_mesh, write_particles, write_pvd,
+    check_mesh_format, check_particle_format, check_volume_format, check_writable, read_content, write_mesh,
+    write_particles, write_pvd,
 };
 use serde_json::json;
 
@@ -19,12 +22,14 @@ use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::{Files, keep_carried, selection};
 use crate::values::{show_bytes, show_many, show_vertices};
+use volume::Volumes;
 
 /// All that `convert` was asked to do, but for the list of frames.
 struct Job<'a> {
     args: &'a ConvertArgs,
     read: ReadOptions,
     choice: Choice,
+    volumes: Volumes,
     up: Up,
 }
 
@@ -38,12 +43,13 @@ pub fn run(args: &ConvertArgs, console: &Console) -> Result<(), Failure> {
     let (read, choice) = selection(&args.from, args.attributes.clone(), Invalid::Keep)?;
     let plan = Plan::new(&files, Absent::Refuse, console)?;
     for frame in plan.single.iter().chain(plan.frames.first()) {
-        let checks = (check_mesh_format(&frame.output), check_particle_format(&frame.output));
-        if let (Err(error), Err(_)) = checks {
+        let others = check_particle_format(&frame.output).or_else(|_| check_volume_format(&frame.output));
+        if let (Err(error), Err(_)) = (check_mesh_format(&frame.output), others) {
             return Err(Failure::Usage(error.to_string()));
         }
     }
-    let job = Job { args, read, choice, up: args.from.up.into() };
+    let volumes = Volumes::new(args, choice.crop);
+    let job = Job { args, read, choice, volumes, up: args.from.up.into() };
     interrupt::enter(Phase::Working);
     machine::thread_pool(machine::default_threads())?
         .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.convert(frame, console)))?;
@@ -61,6 +67,9 @@ impl Job<'_> {
     fn convert(&self, frame: &Frame, console: &Console) -> Result<Made, Failure> {
         let (input, output) = (&frame.input, &frame.output);
         check_writable(output)?;
+        if self.volumes.are_in(frame)? {
+            return self.volumes.convert(frame, console);
+        }
         let read = ReadOptions { frame: frame.step.unwrap_or(self.read.frame), ..self.read.clone() };
         let content = read_content(input, &read)?;
         interrupt::check()?;

@@ -14,7 +14,7 @@ pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
         let FormatInfo { name, extensions, .. } = info;
         let particles = ways(info.reads_particles, info.writes_particles);
         let meshes = ways(info.reads_meshes, info.writes_meshes);
-        let volumes = ways(info.reads_volumes, false);
+        let volumes = ways(info.reads_volumes, info.writes_volumes);
         let extensions: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
         console.say(format_args!("{name:<28}{particles:<12}{meshes:<12}{volumes:<10}{}", extensions.join(" ")));
     }
@@ -31,6 +31,7 @@ pub fn run(_args: &FormatsArgs, console: &Console) -> Result<(), Failure> {
                 "writes_meshes": info.writes_meshes,
                 "writes_quads": info.writes_quads,
                 "reads_volumes": info.reads_volumes,
+                "writes_volumes": info.writes_volumes,
             })
         };
         json!({"formats": formats().map(entry).collect::<Vec<_>>()})

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::meshes::{self, Faces, WriteOptions};
 use crate::output::Written;
 use crate::particles::{self, Particles, ReadOptions};
-use crate::volumes::{self, VolumeFile, VolumeOptions};
+use crate::volumes::{self, VolumeData, VolumeFile, VolumeOptions};
 
 /// A file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -64,6 +64,7 @@ pub enum Format {
 pub(crate) type ReadParticles = fn(&Path, &ReadOptions) -> Result<Particles, Error>;
 pub(crate) type WriteParticles = fn(&Path, &Particles, &WriteOptions) -> Result<Written, Error>;
 pub(crate) type OpenVolume = fn(&Path, &VolumeOptions) -> Result<VolumeFile, Error>;
+pub(crate) type WriteVolume = fn(&Path, &VolumeData) -> Result<Written, Error>;
 pub(crate) type ReadMesh = fn(&Path) -> Result<Mesh, Error>;
 pub(crate) type WriteMesh = fn(&Path, &Mesh, &WriteOptions) -> Result<Written, Error>;
 pub(crate) type WriteQuads = fn(&Path, Faces<'_>, &WriteOptions) -> Result<Written, Error>;
@@ -82,6 +83,7 @@ pub(crate) struct Row {
     /// For quads beside triangles.
     pub(crate) write_quads: Option<WriteQuads>,
     pub(crate) open_volume: Option<OpenVolume>,
+    pub(crate) write_volume: Option<WriteVolume>,
 }
 
 pub(crate) static CATALOG: &[Row] = &[
@@ -95,6 +97,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_ply::write),
         write_quads: Some(meshes::write_ply::write_faces),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Bgeo,
@@ -106,6 +109,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vtk,
@@ -117,6 +121,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_vtk::write),
         write_quads: Some(meshes::write_vtk::write_faces),
         open_volume: Some(volumes::vtk::open),
+        write_volume: Some(volumes::write::vtk),
     },
     Row {
         format: Format::Vtu,
@@ -128,6 +133,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_vtkxml::write_vtu),
         write_quads: Some(meshes::write_vtkxml::write_vtu_faces),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vtp,
@@ -139,6 +145,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_vtkxml::write_vtp),
         write_quads: Some(meshes::write_vtkxml::write_vtp_faces),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Pvd,
@@ -150,6 +157,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::RawXyz,
@@ -161,6 +169,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::raw::open_untold),
+        write_volume: Some(volumes::write::raw),
     },
     Row {
         format: Format::TextXyz,
@@ -172,6 +181,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::LammpsDump,
@@ -183,6 +193,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Csv,
@@ -194,6 +205,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Npy,
@@ -205,6 +217,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::npy::open),
+        write_volume: Some(volumes::write::npy),
     },
     Row {
         format: Format::Npz,
@@ -216,6 +229,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_npz::write),
         write_quads: None,
         open_volume: Some(volumes::npz::open),
+        write_volume: None,
     },
     Row {
         format: Format::Json,
@@ -227,6 +241,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Bi4,
@@ -238,6 +253,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Hdf5,
@@ -249,6 +265,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Obj,
@@ -260,6 +277,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_obj::write),
         write_quads: Some(meshes::write_obj::write_faces),
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Stl,
@@ -271,6 +289,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_stl::write),
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Glb,
@@ -282,17 +301,19 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: Some(meshes::write_glb::write),
         write_quads: None,
         open_volume: None,
+        write_volume: None,
     },
     Row {
         format: Format::Vti,
         name: "VTK XML image",
-        extensions: &["vti"],
+        extensions: &["vti", "pvti"],
         read_particles: None,
         write_particles: None,
         read_mesh: None,
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::vti::open),
+        write_volume: Some(volumes::write::vti),
     },
     Row {
         format: Format::MetaImage,
@@ -304,6 +325,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::mha::open),
+        write_volume: Some(volumes::write::mha),
     },
     Row {
         format: Format::Nrrd,
@@ -315,6 +337,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::nrrd::open),
+        write_volume: Some(volumes::write::nrrd),
     },
     Row {
         format: Format::Nifti,
@@ -326,6 +349,7 @@ pub(crate) static CATALOG: &[Row] = &[
         write_mesh: None,
         write_quads: None,
         open_volume: Some(volumes::nifti::open),
+        write_volume: Some(volumes::write::nifti),
     },
 ];
 
@@ -350,6 +374,8 @@ pub struct FormatInfo {
     pub writes_quads: bool,
     /// Whether [`open_volume`](crate::open_volume) reads it.
     pub reads_volumes: bool,
+    /// Whether [`write_volume`](crate::write_volume) writes it.
+    pub writes_volumes: bool,
 }
 
 /// All formats, with what this build does with them.
@@ -364,6 +390,7 @@ pub fn formats() -> impl Iterator<Item = FormatInfo> {
         writes_meshes: row.write_mesh.is_some(),
         writes_quads: row.write_quads.is_some(),
         reads_volumes: row.open_volume.is_some(),
+        writes_volumes: row.write_volume.is_some(),
     })
 }
 

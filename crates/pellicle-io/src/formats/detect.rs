@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::catalog::{self, Format, OpenVolume, ReadMesh, Row, WriteMesh, WriteParticles, WriteQuads};
+use super::catalog::{self, Format, OpenVolume, ReadMesh, Row, WriteMesh, WriteParticles, WriteQuads, WriteVolume};
 use super::foreign::{self, Foreign};
 use crate::error::Error;
 use crate::formats::vtk;
@@ -78,6 +78,12 @@ pub(crate) fn holds_volume(path: &Path) -> Result<bool, Error> {
 pub(crate) fn particles_out(path: &Path) -> Result<WriteParticles, Error> {
     let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_particles);
     write.ok_or_else(|| unknown(path, "particles are written to", |row| row.write_particles.is_some()))
+}
+
+/// The format of a volume file to be written, from its name alone.
+pub(crate) fn volume_out(path: &Path) -> Result<WriteVolume, Error> {
+    let write = catalog::by_name(&lower_name(path)).and_then(|row| row.write_volume);
+    write.ok_or_else(|| unknown(path, "volumes are written to", |row| row.write_volume.is_some()))
 }
 
 /// The format of a mesh file that is there, from its name alone.
@@ -163,7 +169,7 @@ pub(crate) fn by_content(head: &[u8]) -> Option<Format> {
     } else if begins(b"<?xml") || begins(b"<VTKFile") {
         let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
         let is_list = has(b"\"Collection") || has(b"\"PUnstructuredGrid") || has(b"\"PPolyData");
-        match (is_list, has(b"\"ImageData")) {
+        match (is_list, has(b"\"ImageData") || has(b"\"PImageData")) {
             (true, _) => Some(Format::Pvd),
             (_, true) => Some(Format::Vti),
             _ => Some(Format::Vtu),

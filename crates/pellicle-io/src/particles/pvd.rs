@@ -71,6 +71,10 @@ fn read_list(path: &Path, options: &ReadOptions, above: Option<&Path>) -> Result
         Kind::Parallel => {
             list.document().listed.iter().map(|listed| resolve(path, listed)).collect::<Result<_, Error>>()?
         }
+        Kind::ParallelImage => {
+            let what = "this lists the pieces of an image, a volume: it holds no particles (name it .pvti)";
+            return Err(Error::Unsupported { path: path.into(), what: what.into() });
+        }
         Kind::UnstructuredGrid | Kind::PolyData | Kind::ImageData => {
             let what = "this is no list of files but data: name it .vtu (an UnstructuredGrid), .vtp (PolyData) or .vti (ImageData)";
             return Err(Error::Unsupported { path: path.into(), what: what.into() });

@@ -27,6 +27,18 @@ pub enum Placement {
     Cells,
 }
 
+/// Whose directions x, y and z are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Space {
+    /// Nobody says.
+    #[default]
+    Unknown,
+    /// Of a patient: to the right, to the front, up; as NIfTI has them.
+    Ras,
+    /// Of a patient: to the left, to the back, up; as MetaImage and ITK have them.
+    Lps,
+}
+
 /// What samples mean: value = slope · sample + intercept. The slope is positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scaling {
@@ -92,6 +104,8 @@ pub struct VolumeHeader {
     pub scaling: Scaling,
     /// Unit of lengths, such as `mm`; empty where the file does not tell.
     pub unit: String,
+    /// Whose directions x, y and z are.
+    pub space: Space,
     /// Every array of the file that could be read, this one among them.
     pub arrays: Vec<VolumeArray>,
 }
@@ -111,6 +125,7 @@ impl VolumeHeader {
             frames: 1,
             scaling: Scaling::default(),
             unit: String::new(),
+            space: Space::default(),
             arrays: Vec::new(),
         }
     }

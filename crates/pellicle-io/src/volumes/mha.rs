@@ -10,7 +10,7 @@ use std::path::Path;
 use super::data::{self, Packing, beside};
 use super::file::{Numbers, Stream, VolumeFile};
 use super::grid::Grid;
-use super::header::{VolumeOptions, check_dims};
+use super::header::{Space, VolumeOptions, check_dims};
 use super::text::{self, MAX_LINES};
 use crate::error::Error;
 use crate::scalar::{Encoding, Endian, Scalar};
@@ -55,7 +55,7 @@ pub(crate) fn open(path: &Path, options: &VolumeOptions) -> Result<VolumeFile, E
     let numbers = Numbers { components: header.components, component, ..Numbers::new(header.encoding, header.scalar) };
     skip_frames(&mut data, numbers, samples, options.frame)?;
     VolumeFile::of_stream(dims, Stream { source: data, numbers }, |h| {
-        (h.grid, h.frames) = (header.grid, frames);
+        (h.grid, h.frames, h.space) = (header.grid, frames, Space::Lps);
         (h.components, h.component) = (header.components, component);
     })
 }

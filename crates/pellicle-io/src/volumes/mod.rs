@@ -14,20 +14,23 @@ pub(crate) mod nifti;
 pub(crate) mod npy;
 pub(crate) mod npz;
 pub(crate) mod nrrd;
+mod pvti;
 pub(crate) mod raw;
 mod samples;
 mod text;
 pub(crate) mod vti;
 pub(crate) mod vtk;
+pub(crate) mod write;
 
 use std::path::Path;
 
 use crate::error::Error;
 use crate::formats::detect;
+use crate::output::Written;
 
 pub use file::{VolumeData, VolumeFile};
 pub use grid::Grid;
-pub use header::{Axes, Order, Placement, RawVolume, Scaling, VolumeArray, VolumeHeader, VolumeOptions};
+pub use header::{Axes, Order, Placement, RawVolume, Scaling, Space, VolumeArray, VolumeHeader, VolumeOptions};
 pub use samples::{SampleType, Samples};
 
 /// Opens a volume file and reads its header. The format follows from the extension, or from the first bytes where the extension
@@ -35,7 +38,7 @@ pub use samples::{SampleType, Samples};
 ///
 /// Read are:
 /// - NumPy arrays (`.npy`) and archives (`.npz`), C and Fortran order, by default as `array[z][y][x]`;
-/// - VTK XML images (`.vti`) and legacy VTK (`.vtk`, `STRUCTURED_POINTS`), in every encoding, data of points and of cells;
+/// - VTK XML images (`.vti`, and `.pvti`, whose pieces are files) and legacy VTK (`.vtk`, `STRUCTURED_POINTS`), in every encoding, data of points and of cells;
 /// - MetaImage (`.mha`, `.mhd` with its data), plain and compressed;
 /// - NRRD (`.nrrd`, `.nhdr` with its data), raw, gzip and text;
 /// - NIfTI-1 and NIfTI-2 (`.nii`, `.nii.gz`, `.hdr` with `.img`), with its affine map and its scaling of values;
@@ -57,6 +60,24 @@ pub fn open_volume(path: &Path, options: &VolumeOptions) -> Result<VolumeFile, E
 /// As [`open_volume`].
 pub fn read_volume(path: &Path, options: &VolumeOptions) -> Result<VolumeData, Error> {
     open_volume(path, options)?.read()
+}
+
+/// Writes a volume in the format that the extension names: `.npy`, `.vti`, `.vtk`, `.mha`, `.nrrd`, `.nii`, `.nii.gz`, `.raw`. The
+/// file appears whole or not at all.
+///
+/// # Errors
+/// [`Error::Unsupported`] for another extension, and where a format has no room for the directions of the axes;
+/// [`Error::Sink`].
+pub fn write_volume(path: &Path, volume: &VolumeData) -> Result<Written, Error> {
+    detect::volume_out(path)?(path, volume)
+}
+
+/// Whether [`write_volume`] knows the format that the extension of `path` names.
+///
+/// # Errors
+/// [`Error::Unsupported`].
+pub fn check_volume_format(path: &Path) -> Result<(), Error> {
+    detect::volume_out(path).map(|_| ())
 }
 
 /// Whether a file is one of a volume, by its name, and by its content where the format holds other things, too.

@@ -13,7 +13,7 @@ use flate2::read::MultiGzDecoder;
 use super::data::{self, Packing};
 use super::file::{Numbers, Stream, VolumeFile};
 use super::grid::Grid;
-use super::header::{Scaling, VolumeOptions, check_dims};
+use super::header::{Scaling, Space, VolumeOptions, check_dims};
 use crate::error::Error;
 use crate::formats::detect::{self, GZIP};
 use crate::scalar::{Encoding, Endian, Sample, Scalar};
@@ -85,6 +85,7 @@ pub(crate) fn open(path: &Path, options: &VolumeOptions) -> Result<VolumeFile, E
         (h.components, h.component) = (components, component);
         h.scaling = header.scaling();
         h.unit = header.unit();
+        h.space = Space::Ras;
     })
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use super::data::{self, Packing};
 use super::file::{Numbers, Stream, VolumeFile};
 use super::grid::Grid;
-use super::header::{VolumeOptions, check_dims};
+use super::header::{Space, VolumeOptions, check_dims};
 use super::mha::{list, skip_frames};
 use super::text::{self, MAX_LINES};
 use crate::error::Error;
@@ -53,6 +53,7 @@ pub(crate) fn open(path: &Path, options: &VolumeOptions) -> Result<VolumeFile, E
         (header.grid, header.frames) = (grid, axes.frames);
         (header.components, header.component) = (axes.components, component);
         header.unit = fields.unit(&axes);
+        header.space = fields.space();
     })
 }
 
@@ -273,6 +274,15 @@ impl Fields {
             }
         }
         Ok(grid)
+    }
+
+    /// Whose directions the axes of space are.
+    fn space(&self) -> Space {
+        match self.get("space").unwrap_or_default().to_ascii_lowercase().as_str() {
+            "ras" | "right-anterior-superior" => Space::Ras,
+            "lps" | "left-posterior-superior" => Space::Lps,
+            _ => Space::Unknown,
+        }
     }
 
     /// The unit of space, such as `mm`, if all axes have one.

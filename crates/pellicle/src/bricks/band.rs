@@ -4,9 +4,8 @@
 //!
 //! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, as far apart as the field
 //!    allows. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
-//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Some fields prove
-//!    outside from where the particles lie ([`Field::PROVES`](crate::field::Field::PROVES)), for a cube of one coarse step
-//!    around each sample; the cubes of a cell's corners cover it.
+//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Of those some fields
+//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)).
 //! 2. **Fill** what is wanted.
 //! 3. **Close**: a brick without values stands for 64 equal signs. Where a node of a filled brick disagrees with a brick
 //!    that it touches (through a face, an edge or a corner), that brick is wanted, too. Repeat until none is.
@@ -22,7 +21,10 @@ use std::{f64::consts::PI, ops::RangeInclusive};
 
 use rayon::prelude::*;
 
-use super::store::{Octet, Source, Store};
+use super::{
+    marks::{Marks, Nodes},
+    store::{Octet, Source, Store},
+};
 use crate::{
     Error, Stage,
     fill::{Values, simd::Sampling},
@@ -42,9 +44,22 @@ pub(crate) struct Band {
     pub(crate) fine: Store<1>,
     /// Whether the fine bricks' values were kept; otherwise who needs one computes it again.
     pub(crate) has_values: bool,
+    /// What of the fine bricks may take part; all but with [`Look::Near`].
+    pub(crate) marks: Marks,
     done: Vec<(u32, u8)>,
     /// For each group of octets, the bricks that they ask for.
     requests: Vec<Vec<(Coord, u8)>>,
+}
+
+/// Where to look.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Look<'a> {
+    /// Where the surface can be.
+    Band,
+    /// Every brick that a particle reaches.
+    Everywhere,
+    /// Within these boxes of nodes, and nowhere else: the surface may end there.
+    Near(&'a [Nodes]),
 }
 
 /// Octets that one task looks through.
@@ -60,16 +75,28 @@ pub(crate) struct Budget {
 }
 
 impl Band {
-    /// Finds and fills all bricks that matter. `step` is the node distance in support units; `full` asks for every
-    /// brick that a particle reaches.
-    pub(crate) fn find(&mut self, source: &Source<'_>, step: f64, full: bool, mut budget: Budget) -> Result<(), Error> {
+    /// Finds and fills all bricks that matter. `step` is the node distance in support units; `sampler` has the field that is sampled
+    /// on the coarse lattice.
+    pub(crate) fn find(
+        &mut self,
+        source: &Source<'_>,
+        sampler: &Source<'_>,
+        step: f64,
+        look: Look<'_>,
+        mut budget: Budget,
+    ) -> Result<(), Error> {
         self.fine.clear();
         self.coarse.clear();
+        self.marks.clear();
         let bounds = source.field.bounds();
         let multiple = multiple(step, bounds.map_or(0.5, |bounds| bounds.apart));
         source.control.begin(Stage::Active)?;
-        match bounds {
-            Some(bounds) if multiple > 1 && !full => {
+        match (look, bounds) {
+            (Look::Near(boxes), _) => {
+                self.marks.want(&mut self.fine, boxes, budget)?;
+                budget.taken += Marks::BYTES_PER_OCTET * self.fine.octet_count() as u64;
+            }
+            (Look::Band, Some(bounds)) if multiple > 1 => {
                 let coarse_step = step * f64::from(multiple);
                 want_reached(&mut self.coarse, source.cells, coarse_step, budget)?;
                 let thresholds = [bounds.outside_below, source.field.iso(), bounds.inside_above];
@@ -77,15 +104,42 @@ impl Band {
                 let width = 3.0 * coarse_step;
                 let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
-                self.coarse.fill(source, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
+                self.coarse.fill(sampler, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
                 source.control.check()?;
                 budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
                 self.want_unsure(multiple, budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
+        if matches!(look, Look::Band) && source.field.proves() {
+            self.fine.drop_proven(source, step);
+            source.control.check()?;
+        }
         source.control.begin(Stage::Fill)?;
         self.has_values = true;
+        self.fill_waiting(source, step, multiple, budget)
+    }
+
+    /// Fills bricks, given by their coordinates, beyond those found, and closes again.
+    pub(crate) fn fill_more(
+        &mut self,
+        bricks: &[Coord],
+        source: &Source<'_>,
+        step: f64,
+        mut budget: Budget,
+    ) -> Result<(), Error> {
+        let multiple = multiple(step, source.field.bounds().map_or(0.5, |bounds| bounds.apart));
+        budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
+        let (coarse, mut cursor) = (&self.coarse, Cursor::default());
+        for &brick in bricks {
+            let at = brick.map(|b| b >> 1);
+            self.fine.want(at, brick_bit(brick), |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
+        }
+        self.fill_waiting(source, step, multiple, budget)
+    }
+
+    /// Fills what is wanted and closes it, until nothing is.
+    fn fill_waiting(&mut self, source: &Source<'_>, step: f64, multiple: i32, budget: Budget) -> Result<(), Error> {
         while self.fine.waiting() {
             self.has_values &= budget.check(&self.fine)?;
             if !self.has_values {
@@ -93,7 +147,13 @@ impl Band {
             }
             self.fine.fill(source, step, &[source.field.iso()], None, self.has_values, &mut self.done);
             source.control.check()?;
-            self.want_disagreeing(multiple);
+            // Where only what is marked takes part, nothing is followed beyond it.
+            if self.marks.is_empty() {
+                self.want_disagreeing(multiple);
+            }
+        }
+        if !self.marks.is_empty() {
+            self.marks.close(&self.fine);
         }
         Ok(())
     }
@@ -152,7 +212,7 @@ impl Budget {
     }
 
     /// An error unless so many bytes fit beside what is taken.
-    fn fits(self, lattice: u64) -> Result<(), Error> {
+    pub(crate) fn fits(self, lattice: u64) -> Result<(), Error> {
         let needed = self.taken.saturating_add(lattice);
         if needed <= self.bytes {
             Ok(())

@@ -6,4 +6,5 @@ pub(crate) mod blocks;
 pub(crate) mod boxes;
 pub(crate) mod levels;
 pub(crate) mod lists;
+pub(crate) mod marks;
 pub(crate) mod store;

@@ -14,10 +14,13 @@
 
 use std::cell::RefCell;
 
+use rayon::prelude::*;
+
 use crate::{
     fill::{
         Scratch, Values,
         any::AnyField,
+        prove::ProveOctet,
         simd::{FillOctet, Sampling},
     },
     lattice::Coord,
@@ -33,6 +36,7 @@ use crate::{
 const NONE: u32 = u32::MAX;
 
 /// What every fill needs.
+#[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) unit: Unit,
     pub(crate) field: &'a dyn AnyField,
@@ -110,8 +114,8 @@ impl<const SETS: usize> Store<SETS> {
     }
 
     /// Asks for bricks of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
-    /// its bricks are inside as long as they are not filled.
-    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) {
+    /// its bricks are inside as long as they are not filled. Returns the octet's index.
+    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) -> usize {
         let id = self.directory.entry(&mut self.cursor, at);
         if *id == NONE {
             let index = self.octets.len() as u32;
@@ -125,6 +129,13 @@ impl<const SETS: usize> Store<SETS> {
             self.queue.push(id);
         }
         octet.wanted |= new;
+        id as usize
+    }
+
+    /// Gives every wanted brick its place, and nothing in it.
+    #[cfg(test)]
+    pub(crate) fn fill_nothing(&mut self) {
+        self.assign_slots(&mut Vec::new());
     }
 
     /// Bytes held by so many bricks in so many octets, values left out: octet, directory, crossings, order, signs.
@@ -150,6 +161,31 @@ impl<const SETS: usize> Store<SETS> {
     /// Bricks that wait for the next round.
     pub(crate) fn waiting_bricks(&self) -> usize {
         self.queue.iter().map(|&id| self.octets[id as usize].wanted.count_ones() as usize).sum()
+    }
+
+    /// Forgets those wanted bricks that are proven to be outside, by a field that proves.
+    pub(crate) fn drop_proven(&mut self, source: &Source<'_>, step: f64) {
+        let octets = &self.octets;
+        let prove = |&id: &u32| {
+            if source.control.check().is_err() {
+                return 0;
+            }
+            let octet = &octets[id as usize];
+            SCRATCH.with_borrow_mut(|(scratch, _)| {
+                let (cells, columns) = (source.cells, source.columns);
+                let of = ProveOctet { cells, columns, step, octet: octet.at, bricks: octet.wanted, scratch };
+                source.field.prove(source.unit, of)
+            })
+        };
+        let proven: Vec<u8> = self.queue.par_iter().map(prove).collect();
+        let mut proven = proven.into_iter();
+        self.queue.retain(|&id| {
+            let octet = &mut self.octets[id as usize];
+            let is_outside = proven.next().unwrap_or(0);
+            octet.wanted &= !is_outside;
+            octet.inside &= !is_outside;
+            octet.wanted != 0
+        });
     }
 
     /// Fills all wanted bricks and returns the octets that have new ones, each with those. For every threshold a set of

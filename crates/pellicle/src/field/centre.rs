@@ -12,16 +12,14 @@
 //! One pass gives all; nothing is lost to cancellation that a field would need, since S₂ and (x − x̄) S₁ᵀ are of one size only
 //! where J is small.
 //!
-//! **Outside, proven.** Each of these fields is at most r̄ − |x − x̄|. If some unit vector u has (x_j − x)·u > r_j for all
-//! particles in reach, then so has their weighted mean, and |x − x̄| > r̄. So a box is outside as soon as all particles that reach
-//! it lie far enough to one side ([`clearance`]). Between splashes, where the centre moves fast and thin blobs arise, no
-//! such side exists, and nodes are evaluated one by one.
+//! **Outside, proven.** Each of these fields is at most r̄ − |x − x̄|, from which [`fill::prove`](crate::fill::prove) proves boxes to be
+//! outside. Between splashes, where the centre moves fast and thin blobs arise, it cannot, and nodes are evaluated one by one.
 //!
 //! Source: Zhu, Bridson, Animating sand as a fluid, 2005, for the weighted centre; the Jacobian in this form and the proof
 //! are derived here and tested.
 
 use super::Row;
-use crate::math::simd::Simd;
+use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 
 /// Σk, Σk d and Σk r: what the value needs.
 #[derive(Clone, Copy)]
@@ -118,21 +116,27 @@ impl<F: Copy> Centre<F> {
     pub(crate) fn or_outside<S: Simd<F = F>>(&self, s: S, depth: F, outside: f32) -> F {
         s.select(s.gt(self.weight, s.splat(0.0)), depth, s.splat(outside))
     }
-
-    /// The unit vector from x to x̄, or less where they meet.
-    #[inline(always)]
-    pub(crate) fn aim<S: Simd<F = F>>(&self, s: S) -> [F; 3] {
-        let (off, length) = self.offset(s, self.inverse_weight(s));
-        let inverse = s.div(s.splat(-1.0), s.max(length, s.splat(1e-6)));
-        off.map(|v| s.mul(v, inverse))
-    }
 }
 
-/// How far a particle lies along `aim`, less its radius.
+/// What [`Field::pull`](super::Field::pull) tells of 16 particles from `at` on: masses from the column `mass`, radii from `radius`, or the
+/// common one.
 #[inline(always)]
-pub(crate) fn clearance<S: Simd>(s: S, aim: [S::F; 3], d: [S::F; 3], radius: f32) -> S::F {
-    let against = s.add(s.add(s.mul(d[0], aim[0]), s.mul(d[1], aim[1])), s.mul(d[2], aim[2]));
-    s.sub(s.splat(-radius), against)
+pub(crate) fn pull<S: Simd>(
+    s: S,
+    columns: &[&[f32]; MAX_COLUMNS],
+    at: usize,
+    mass: Option<usize>,
+    radius: Result<usize, f32>,
+    iso: f32,
+) -> [S::F; 2] {
+    let mass = match mass {
+        Some(column) => s.load(&columns[column][at..]),
+        None => s.splat(1.0),
+    };
+    match radius {
+        Ok(column) => [mass, s.sub(s.load(&columns[column][at..]), s.splat(iso))],
+        Err(radius) => [mass, s.splat(radius - iso)],
+    }
 }
 
 /// A centre with what its derivatives need.
@@ -150,6 +154,27 @@ impl<F: Copy> Spread<F> {
     pub(crate) fn zero<S: Simd<F = F>>(s: S) -> Self {
         let zero = s.splat(0.0);
         Self { centre: Centre::zero(s), first: [zero; 3], second: [zero; 6], radii: [zero; 3] }
+    }
+
+    /// Its numbers but for radii: Σk, Σk d, S₁, S₂.
+    #[cfg(feature = "internals")]
+    #[inline(always)]
+    pub(crate) fn channels(&self) -> [F; 13] {
+        let Self { centre: Centre { weight, moment: m, .. }, first: f, second: s, .. } = *self;
+        [weight, m[0], m[1], m[2], f[0], f[1], f[2], s[0], s[1], s[2], s[3], s[4], s[5]]
+    }
+
+    /// Of [`channels`](Self::channels).
+    #[cfg(feature = "internals")]
+    #[inline(always)]
+    pub(crate) fn from_channels<S: Simd<F = F>>(s: S, v: &[F; 13]) -> Self {
+        let zero = s.splat(0.0);
+        Self {
+            centre: Centre { weight: v[0], moment: [v[1], v[2], v[3]], radius: zero },
+            first: [v[4], v[5], v[6]],
+            second: [v[7], v[8], v[9], v[10], v[11], v[12]],
+            radii: [zero; 3],
+        }
     }
 
     /// Adds a particle, all but what the derivative of r̄ needs.
@@ -225,13 +250,14 @@ impl<F: Copy> Spread<F> {
 /// Bounds for the narrow band, with the radius in support units.
 ///
 /// Outside is proven. Inside is not: in a fluid the value is nearly the radius, since the centre is nearly x, and bends on the
-/// scale of the support. A dip to the isovalue between samples a spacing apart would need half a radius within half a spacing;
-/// the frames and cavities tried stay far from it. In sparse places, where a few particles move the centre, no sample is trusted.
+/// scale of the support. Between two samples that are clear of the isovalue by 0.6 radii and two radii apart, the value
+/// would have to fall by that and rise again, each over more than half a radius; the frames and cavities tried stay far from
+/// it. In sparse places, where a few particles move the centre, no sample is trusted.
 pub(crate) fn bounds(iso: f32, radius: f32, particles_per_support: f32) -> super::Bounds {
     super::Bounds {
-        apart: f64::min(0.5, 1.01 / f64::from(particles_per_support)),
+        apart: f64::min(0.51, 2.02 / f64::from(particles_per_support)),
         outside_below: f32::NEG_INFINITY,
-        inside_above: iso + 0.5 * (radius * particles_per_support - iso).max(0.0),
+        inside_above: iso + 0.6 * (radius * particles_per_support - iso).max(0.0),
         crowd: 0.5 * particles_per_support.powi(3),
     }
 }

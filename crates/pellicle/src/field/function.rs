@@ -34,6 +34,12 @@ impl<F: Fn([f64; 3]) -> f64 + Sync> Function for F {
     }
 }
 
+/// The unit normal that points outward where this is the gradient; zero where there is none.
+pub(crate) fn outward(gradient: [f64; 3]) -> [f32; 3] {
+    let length = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+    gradient.map(|g| if length > 0.0 && length.is_finite() { (-g / length) as f32 } else { 0.0 })
+}
+
 /// A map from the coordinates of a [`Domain`] to the world. It must be continuous and one-to-one on the domain.
 pub trait Warp: Sync {
     /// The world position of a point of the domain.

@@ -13,7 +13,7 @@ pub(crate) mod adams;
 pub(crate) mod anisotropic;
 mod around;
 pub(crate) mod balls;
-mod centre;
+pub(crate) mod centre;
 pub(crate) mod crowding;
 pub(crate) mod density;
 pub(crate) mod falloff;
@@ -26,6 +26,7 @@ pub(crate) mod onderik;
 pub(crate) mod scalar;
 pub(crate) mod solenthaler;
 pub(crate) mod sph;
+pub(crate) mod surface_particles;
 pub(crate) mod volume;
 pub(crate) mod warp;
 pub(crate) mod zhu_bridson;
@@ -52,7 +53,7 @@ impl Row<'_> {
 pub(crate) struct Bounds {
     /// Farthest that coarse samples may lie apart, in support units.
     pub(crate) apart: f64,
-    /// A region whose coarse samples are all below is outside. Not asked where a field [proves](Field::PROVES) it.
+    /// A region whose coarse samples are all below is outside. Nothing is where a field [proves](Field::PROVES) it.
     pub(crate) outside_below: f32,
     /// A region whose coarse samples are all above is inside, if it is crowded enough.
     pub(crate) inside_above: f32,
@@ -69,7 +70,8 @@ pub(crate) trait Field: Send + Sync {
     /// The column with the square of how far each particle reaches, in support units, a little rounded up; `None` where all
     /// reach one support radius.
     const REACH: Option<usize> = None;
-    /// Whether [`aim`](Self::aim) and [`clearance`](Self::clearance) prove places to be outside.
+    /// Whether the field measures the distance to a weighted centre, so that places are proven to be outside by what
+    /// [`pull`](Self::pull) tells: see [`fill::prove`](crate::fill::prove).
     const PROVES: bool = false;
     /// Whether the value is a sum over the particles and [`gradient`](Self::gradient) that of what each brings.
     const ADDITIVE: bool = false;
@@ -110,17 +112,11 @@ pub(crate) trait Field: Send + Sync {
     /// How much a particle counts at 16 points when attributes are interpolated; greater than 0 within its reach.
     fn weight<S: Simd>(&self, s: S, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) -> S::F;
 
-    /// Unit vector from 16 nodes to where their particles are, or less.
+    /// Factor of the weight (1 − d²)³, and radius less isovalue in support units, of 16 particles from `at` on. A field that
+    /// [proves](Self::PROVES) promises to be at most the weighted mean of these less the distance to that of the places.
     #[inline(always)]
-    fn aim<S: Simd>(&self, s: S, _sums: Self::Sums<S>) -> [S::F; 3] {
-        [s.splat(0.0); 3]
-    }
-
-    /// By how much, in support units, a particle lies too far along `aim` to make 16 nodes inside. A field that
-    /// [proves](Self::PROVES) promises: where it is positive for all particles in reach of a point, the point is outside.
-    #[inline(always)]
-    fn clearance<S: Simd>(&self, s: S, _aim: [S::F; 3], _d: [S::F; 3], _row: Row<'_>) -> S::F {
-        s.splat(0.0)
+    fn pull<S: Simd>(&self, s: S, _columns: &[&[f32]; MAX_COLUMNS], _at: usize) -> [S::F; 2] {
+        [s.splat(0.0); 2]
     }
 
     /// Isovalue.

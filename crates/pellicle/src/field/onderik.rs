@@ -14,6 +14,7 @@ use super::{
 };
 use crate::{
     lookup::cells::Cells,
+    lookup::gather::MAX_COLUMNS,
     math::simd::{Simd, Unit},
     progress::Control,
 };
@@ -140,14 +141,9 @@ impl<const RADII: bool> Field for Onderik<RADII> {
     }
 
     #[inline(always)]
-    fn aim<S: Simd>(&self, s: S, sums: Centre<S::F>) -> [S::F; 3] {
-        sums.aim(s)
-    }
-
-    #[inline(always)]
-    fn clearance<S: Simd>(&self, s: S, aim: [S::F; 3], d: [S::F; 3], row: Row<'_>) -> S::F {
-        let radius = if RADII { row.get(1) } else { self.radius };
-        centre::clearance(s, aim, d, radius - self.iso / self.particles_per_support)
+    fn pull<S: Simd>(&self, s: S, columns: &[&[f32]; MAX_COLUMNS], at: usize) -> [S::F; 2] {
+        let radius = if RADII { Ok(1) } else { Err(self.radius) };
+        centre::pull(s, columns, at, Some(0), radius, self.iso / self.particles_per_support)
     }
 
     fn iso(&self) -> f32 {

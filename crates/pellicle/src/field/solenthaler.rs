@@ -16,6 +16,7 @@ use super::{
     Bounds, Field, Row,
     centre::{self, Brings, Spread},
 };
+use crate::lookup::gather::MAX_COLUMNS;
 use crate::math::{
     eigen::{Largest, Matrix, largest_real_part},
     simd::Simd,
@@ -165,14 +166,9 @@ impl<const RADII: bool> Field for Solenthaler<RADII> {
     }
 
     #[inline(always)]
-    fn aim<S: Simd>(&self, s: S, sums: Spread<S::F>) -> [S::F; 3] {
-        sums.centre.aim(s)
-    }
-
-    #[inline(always)]
-    fn clearance<S: Simd>(&self, s: S, aim: [S::F; 3], d: [S::F; 3], row: Row<'_>) -> S::F {
-        let radius = if RADII { row.get(0) } else { self.radius };
-        centre::clearance(s, aim, d, radius - self.iso / self.particles_per_support)
+    fn pull<S: Simd>(&self, s: S, columns: &[&[f32]; MAX_COLUMNS], at: usize) -> [S::F; 2] {
+        let radius = if RADII { Ok(0) } else { Err(self.radius) };
+        centre::pull(s, columns, at, None, radius, self.iso / self.particles_per_support)
     }
 
     fn iso(&self) -> f32 {

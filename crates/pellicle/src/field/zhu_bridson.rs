@@ -13,7 +13,7 @@ use super::{
     Bounds, Field, Row,
     centre::{self, Brings, Centre, Spread},
 };
-use crate::math::simd::Simd;
+use crate::{lookup::gather::MAX_COLUMNS, math::simd::Simd};
 
 /// The field and its isovalue.
 #[derive(Debug, Clone, Copy)]
@@ -88,14 +88,9 @@ impl<const RADII: bool> Field for ZhuBridson<RADII> {
     }
 
     #[inline(always)]
-    fn aim<S: Simd>(&self, s: S, sums: Centre<S::F>) -> [S::F; 3] {
-        sums.aim(s)
-    }
-
-    #[inline(always)]
-    fn clearance<S: Simd>(&self, s: S, aim: [S::F; 3], d: [S::F; 3], row: Row<'_>) -> S::F {
-        let radius = if RADII { row.get(0) } else { self.radius };
-        centre::clearance(s, aim, d, radius - self.iso / self.particles_per_support)
+    fn pull<S: Simd>(&self, s: S, columns: &[&[f32]; MAX_COLUMNS], at: usize) -> [S::F; 2] {
+        let radius = if RADII { Ok(0) } else { Err(self.radius) };
+        centre::pull(s, columns, at, None, radius, self.iso / self.particles_per_support)
     }
 
     fn iso(&self) -> f32 {

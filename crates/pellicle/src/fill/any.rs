@@ -5,6 +5,7 @@
 
 use super::{
     points::{Interpolate, Normals, OctetVertices},
+    prove::{Prove, ProveOctet},
     simd::{Fill, FillOctet},
 };
 use crate::{
@@ -20,6 +21,12 @@ pub(crate) trait AnyField: Send + Sync {
 
     /// See [`Field::bounds`].
     fn bounds(&self) -> Option<Bounds>;
+
+    /// Whether [`prove`](Self::prove) is worth a call.
+    fn proves(&self) -> bool;
+
+    /// The bricks of an octet that are proven to be outside.
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8;
 
     /// Fills bricks of an octet.
     fn fill(&self, unit: Unit, octet: FillOctet<'_>);
@@ -45,6 +52,14 @@ impl<F: Field> AnyField for F {
 
     fn bounds(&self) -> Option<Bounds> {
         Field::bounds(self)
+    }
+
+    fn proves(&self) -> bool {
+        F::PROVES
+    }
+
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8 {
+        unit.run(Prove { field: self, octet })
     }
 
     fn fill(&self, unit: Unit, octet: FillOctet<'_>) {

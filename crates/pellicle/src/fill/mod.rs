@@ -4,6 +4,7 @@
 
 pub(crate) mod any;
 pub(crate) mod points;
+pub(crate) mod prove;
 #[cfg(test)]
 mod scalar;
 pub(crate) mod simd;

@@ -1,6 +1,7 @@
 //! What vertices get from the particles around them: normals and interpolated attributes.
 //!
-//! An octet's vertices lie in its bricks or up to one node above, so its candidates serve all of them; a vector holds 16
+//! An octet's vertices lie in its bricks or up to one node above, or so many more around as is said, so its candidates serve
+//! all of them; a vector holds 16
 //! vertices of one brick. The order of the sums is canonical, as for node values.
 //!
 //! Source: attributes are the mean of the particles, weighted by what each contributes to the field (Shepard 1968; with the SPH
@@ -31,6 +32,8 @@ pub(crate) struct OctetVertices<'a> {
     pub(crate) octet: Coord,
     /// Vertices of each brick.
     pub(crate) counts: [u32; 8],
+    /// How many steps vertices may lie outside of the cells between their brick's nodes and those above.
+    pub(crate) beyond: i32,
     /// Node that `vertices` count from.
     pub(crate) origin: Coord,
     /// One over the support radius in world units.
@@ -51,8 +54,11 @@ impl OctetVertices<'_> {
     ) {
         let Scratch { octet: near, brick: nearer, .. } = self.scratch;
         // A vertex on an upward edge of the last node lies up to one step above it.
-        let high = [node_offset(OCTET, self.step); 3];
-        near.gather(s, self.cells, columns, reach, corner(self.octet, self.step), Box3 { low: [0.0; 3], high });
+        let place = Box3 {
+            low: [node_offset(-self.beyond, self.step); 3],
+            high: [node_offset(OCTET + self.beyond, self.step); 3],
+        };
+        near.gather(s, self.cells, columns, reach, corner(self.octet, self.step), place);
         let shift: [f64; 3] = std::array::from_fn(|a| {
             (f64::from(self.octet[a]) * f64::from(OCTET) - f64::from(self.origin[a])) * self.step
         });
@@ -60,8 +66,8 @@ impl OctetVertices<'_> {
         for brick in ones(self.counts.iter().enumerate().fold(0, |set, (b, &n)| set | u64::from(n > 0) << b)) {
             let low = brick_origin(brick);
             let place = Box3 {
-                low: low.map(|n| node_offset(n, self.step)),
-                high: low.map(|n| node_offset(n + BRICK, self.step)),
+                low: low.map(|n| node_offset(n - self.beyond, self.step)),
+                high: low.map(|n| node_offset(n + BRICK + self.beyond, self.step)),
             };
             nearer.refine(s, near, columns.len(), reach, place);
             let end = first + self.counts[brick] as usize;

@@ -13,14 +13,11 @@
 
 use std::ops::Range;
 
-use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box, points::distance};
+use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box};
 use crate::{
     field::{Field, Row},
     lattice::Coord,
-    lookup::{
-        cells::Cells,
-        gather::{Box3, Candidates},
-    },
+    lookup::{cells::Cells, gather::Candidates},
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -67,17 +64,21 @@ impl<F: Field> Kernel for Fill<'_, F> {
         let Self { field, octet } = self;
         let FillOctet { cells, columns, step, bricks, thresholds, sampling, .. } = octet;
         let Scratch { octet: near, brick: nearer, plane: in_plane } = octet.scratch;
-        // A sample stands for what lies up to half a step away; a proof must know the particles that reach there.
-        let wider = if F::PROVES && sampling.is_some() { 0.5 * step as f32 } else { 0.0 };
-        near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), widened(octet_box(step), wider));
+        near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), octet_box(step));
         let sets = octet.above.chunks_exact_mut(thresholds.len());
         for ((brick, values), above) in ones(bricks.into()).zip(octet.values).zip(sets) {
-            nearer.refine(s, near, F::COLUMNS, F::REACH, widened(brick_box(brick, step), wider));
+            nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
+            if F::PROVES && sampling.is_some_and(|sampling| nearer.len() < sampling.crowd) {
+                // Where no sample is trusted, and none tells outside, none need be taken.
+                above.fill(0);
+                above[0] = u64::MAX;
+                continue;
+            }
             let first = brick_origin(brick);
             // A particle near a brick misses some of its planes, the more the wider the brick is. Compressing once more for
             // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
-            // that it saves.
-            if step >= 0.2 {
+            // that it saves; of fields that sum much, from a tenth on.
+            if step >= if F::PLANES == 1 { 0.1 } else { 0.2 } {
                 for plane in 0..4 {
                     in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
                     fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values);
@@ -92,64 +93,13 @@ impl<F: Field> Kernel for Fill<'_, F> {
                     set | u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k)
                 });
             }
-            if let Some(sampling) = sampling {
-                if F::PROVES {
-                    above[0] = !proven_outside(s, field, nearer, first, step);
-                }
-                if nearer.len() < sampling.crowd {
-                    above[thresholds.len() - 1] = 0;
-                }
+            if let Some(sampling) = sampling
+                && nearer.len() < sampling.crowd
+            {
+                above[thresholds.len() - 1] = 0;
             }
         }
     }
-}
-
-/// A box, wider by `by` on every side.
-#[inline(always)]
-fn widened(place: Box3, by: f32) -> Box3 {
-    Box3 { low: place.low.map(|v| v - by), high: place.high.map(|v| v + by) }
-}
-
-/// The nodes of a brick around which a cube of one step is proven outside: all particles in reach of it lie clear to one
-/// side (see [`Field::clearance`]).
-#[inline(always)]
-fn proven_outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, first: [i32; 3], step: f64) -> u64 {
-    /// For rounding, in support units; a thousand times what it can amount to.
-    const MARGIN: f32 = 1e-4;
-    let half = 0.5 * step as f32;
-    // Half of the cube's diagonal farther than a particle's reach from its middle, nothing reaches into the cube.
-    let reach_sq = s.splat((1.0 + 2e-4 + 1.733 * half).powi(2));
-    let axes = near.axes();
-    let columns = near.columns(F::COLUMNS);
-    let mut proven = 0;
-    for plane in 0..4 {
-        let at = plane_nodes(s, first, plane, step);
-        let mut sums = field.zero(s);
-        for particle in 0..near.len() {
-            let (d, dist_sq) = distance(s, at, axes, particle);
-            field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
-        }
-        let aim = field.aim(s, sums);
-        let mut least = s.splat(f32::MAX);
-        for particle in 0..near.len() {
-            let (d, dist_sq) = distance(s, at, axes, particle);
-            let clear = field.clearance(s, aim, d, Row { columns: &columns, particle });
-            least = s.min(least, s.select(s.gt(dist_sq, reach_sq), least, clear));
-        }
-        let width = aim.map(|v| s.max(v, s.sub(s.splat(0.0), v)));
-        let needed = s.mul(s.splat(half), s.add(s.add(width[0], width[1]), width[2]));
-        proven |= u64::from(s.gt(least, s.add(needed, s.splat(MARGIN)))) << (LANES * plane);
-    }
-    proven
-}
-
-/// Coordinates of the 16 nodes of a plane, in the octet's frame.
-#[inline(always)]
-fn plane_nodes<S: Simd>(s: S, first: [i32; 3], plane: usize, step: f64) -> [S::F; 3] {
-    let node = |a: usize, n: usize| node_offset(first[a] + n as i32, step);
-    let x: [f32; LANES] = std::array::from_fn(|lane| node(0, lane & 3));
-    let y: [f32; LANES] = std::array::from_fn(|lane| node(1, lane >> 2));
-    [s.load(&x), s.load(&y), s.splat(node(2, plane))]
 }
 
 /// Values of some planes of the brick whose first node is `first`, `N` planes at a time.
@@ -163,14 +113,19 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
     step: f64,
     values: &mut Values,
 ) {
-    let node = |a: usize, n: usize| node_offset(first[a] + n as i32, step);
-    let x: [f32; LANES] = std::array::from_fn(|lane| node(0, lane & 3));
-    let y: [f32; LANES] = std::array::from_fn(|lane| node(1, lane >> 2));
+    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        x[lane] = node_offset(first[0] + (lane & 3) as i32, step);
+        y[lane] = node_offset(first[1] + (lane >> 2) as i32, step);
+    }
     let (x, y) = (s.load(&x), s.load(&y));
     let [px, py, pz] = near.axes();
     let columns = near.columns(F::COLUMNS);
     for plane in planes.step_by(N) {
-        let z: [f32; N] = std::array::from_fn(|k| node(2, plane + k));
+        let mut z = [0.0; N];
+        for k in 0..N {
+            z[k] = node_offset(first[2] + (plane + k) as i32, step);
+        }
         let mut sums = [field.zero(s); N];
         for particle in 0..near.len() {
             let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));

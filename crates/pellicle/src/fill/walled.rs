@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use super::{any::AnyField, brick_origin, points::OctetVertices, simd::FillOctet};
+use super::{any::AnyField, brick_origin, points::OctetVertices, prove::ProveOctet, simd::FillOctet};
 use crate::{
     Attribute,
     field::Bounds,
@@ -111,6 +111,15 @@ impl AnyField for Walled {
 
     fn bounds(&self) -> Option<Bounds> {
         self.field.bounds()
+    }
+
+    fn proves(&self) -> bool {
+        self.field.proves()
+    }
+
+    /// What is outside stays so, with walls or without.
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8 {
+        self.field.prove(unit, octet)
     }
 
     fn fill(&self, unit: Unit, octet: FillOctet<'_>) {

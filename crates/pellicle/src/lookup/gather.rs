@@ -52,7 +52,23 @@ impl Candidates {
     /// The columns, each as long as there are candidates; those from `count` on are empty.
     #[inline(always)]
     pub(crate) fn columns(&self, count: usize) -> [&[f32]; MAX_COLUMNS] {
-        std::array::from_fn(|c| if c < count { &self.columns[c][..self.len] } else { &[][..] })
+        let mut columns = [&[][..]; MAX_COLUMNS];
+        for c in 0..count {
+            columns[c] = &self.columns[c][..self.len];
+        }
+        columns
+    }
+
+    /// Axes and columns in whole vectors: what lies behind the last candidate is anything.
+    #[inline(always)]
+    pub(crate) fn padded(&self, count: usize) -> ([&[f32]; 3], [&[f32]; MAX_COLUMNS]) {
+        let len = self.len.next_multiple_of(LANES);
+        let axes = [&self.axes[0][..len], &self.axes[1][..len], &self.axes[2][..len]];
+        let mut columns = [&[][..]; MAX_COLUMNS];
+        for c in 0..count {
+            columns[c] = &self.columns[c][..len];
+        }
+        (axes, columns)
     }
 
     /// Makes room for `more` candidates and the lanes that a last store spills.
@@ -97,7 +113,10 @@ impl Candidates {
                     let local = |a: usize, c: i32| {
                         (range[a].start() - c * CHUNK).max(0)..=(range[a].end() - c * CHUNK).min(CHUNK - 1)
                     };
-                    let shift = std::array::from_fn(|a| (f64::from([cx, cy, cz][a] * CHUNK) - corner[a]) as f32);
+                    let mut shift = [0.0; 3];
+                    for a in 0..3 {
+                        shift[a] = (f64::from([cx, cy, cz][a] * CHUNK) - corner[a]) as f32;
+                    }
                     let (x, y) = (local(0, cx), local(1, cy));
                     for z in local(2, cz) {
                         for y in y.clone() {
@@ -118,7 +137,10 @@ impl Candidates {
     #[inline(always)]
     pub(crate) fn refine<S: Simd>(&mut self, s: S, from: &Self, columns: usize, reach: Option<usize>, place: Box3) {
         self.len = 0;
-        let sources: [&[f32]; MAX_COLUMNS] = std::array::from_fn(|c| &from.columns[c][..]);
+        let mut sources = [&[][..]; MAX_COLUMNS];
+        for c in 0..columns {
+            sources[c] = &from.columns[c][..];
+        }
         let axes = [&from.axes[0][..], &from.axes[1][..], &from.axes[2][..]];
         self.append(s, axes, &sources[..columns], reach, 0..from.len, [0.0; 3], place);
     }
@@ -138,13 +160,16 @@ impl Candidates {
     ) {
         self.reserve(columns.len(), run.len());
         let zero = s.splat(0.0);
-        let (low, high) = (place.low.map(|v| s.splat(v)), place.high.map(|v| s.splat(v)));
-        let shift = shift.map(|v| s.splat(v));
+        // Written out: the array's own `map` need not be inlined, and then runs without the vector unit's instructions.
+        let [low, high, shift] = [splat_all(s, place.low), splat_all(s, place.high), splat_all(s, shift)];
         // Cut once, so that the loop has one check a store and none a load.
         let end = run.start + run.len().next_multiple_of(LANES);
-        let [xs, ys, zs] = axes.map(|axis| axis[run.start..end].chunks_exact(LANES));
+        let chunks = run.start..end;
+        let (xs, ys) = (axes[0][chunks.clone()].chunks_exact(LANES), axes[1][chunks.clone()].chunks_exact(LANES));
+        let zs = axes[2][chunks].chunks_exact(LANES);
         let room = self.len..self.len + run.len() + LANES;
-        let [to_x, to_y, to_z] = self.axes.each_mut().map(|axis| &mut axis[room.clone()]);
+        let [to_x, to_y, to_z] = &mut self.axes;
+        let (to_x, to_y, to_z) = (&mut to_x[room.clone()], &mut to_y[room.clone()], &mut to_z[room.clone()]);
         let mut kept = 0;
         for (i, ((x, y), z)) in xs.zip(ys).zip(zs).enumerate() {
             let at = [s.add(s.load(x), shift[0]), s.add(s.load(y), shift[1]), s.add(s.load(z), shift[2])];
@@ -166,4 +191,9 @@ impl Candidates {
         }
         self.len += kept;
     }
+}
+
+#[inline(always)]
+fn splat_all<S: Simd>(s: S, v: [f32; 3]) -> [S::F; 3] {
+    [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
 }

@@ -1,6 +1,7 @@
 //! Samples to triangles.
 
 pub(crate) mod cubes;
+pub(crate) mod labels;
 pub(crate) mod layers;
 pub(crate) mod levels;
 pub(crate) mod resolve;

@@ -118,9 +118,9 @@ impl Joined {
 
 /// A closed curve on the surface of the cell: the edges that it crosses, in order.
 #[derive(Clone, Copy)]
-struct Loop {
-    edges: [u8; 12],
-    len: usize,
+pub(crate) struct Loop {
+    pub(crate) edges: [u8; 12],
+    pub(crate) len: usize,
 }
 
 /// The triangles of a cell with these signs and relative values, at a level above the classic.
@@ -250,7 +250,7 @@ impl Resolved {
 }
 
 /// A disc within a loop: without a vertex inside where that can be.
-fn disc(ring: &Loop, out: &mut Resolved) {
+pub(crate) fn disc(ring: &Loop, out: &mut Resolved) {
     let n = ring.len;
     // apex[i][span]: third corner of the triangle on the diagonal from i to i + span, 0 where there is none.
     let mut apex = [[0usize; 12]; 12];

@@ -45,6 +45,15 @@ pub(crate) const fn shift_z(here: u64, next: u64) -> u64 {
     here >> 16 | next << 48
 }
 
+/// The set seen one node further back along `axis` (0, 1, 2): bit n of the result is bit n − 1 along that axis of `here`, taken
+/// from `below`, the neighbour there, where that lies beyond.
+#[inline(always)]
+pub(crate) const fn shift_up(axis: usize, here: u64, below: u64) -> u64 {
+    const FIRST: [u64; 3] = [side_mask([-1, 0, 0]), side_mask([0, -1, 0]), side_mask([0, 0, -1])];
+    let step = 1 << (2 * axis);
+    (here << step & !FIRST[axis]) | (below >> (3 * step) & FIRST[axis])
+}
+
 /// The eight corner sets of a brick's 64 cells. `bricks[c]` is the set of the brick at offset (c & 1, c >> 1 & 1, c >> 2);
 /// bit n of result `c` is the node at that offset from node n.
 #[inline(always)]
@@ -108,6 +117,19 @@ mod tests {
                         assert_eq!(set >> n & 1 == 1, owner == brick && bit == node, "c {c} n {n}");
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn shifting_up_sees_the_node_before_or_the_last_of_the_brick_below() {
+        for axis in 0..3 {
+            for node in 0..64 {
+                let at = node >> (2 * axis) & 3;
+                let step = 1 << (2 * axis);
+                let (here, below) = (shift_up(axis, 1 << node, 0), shift_up(axis, 0, 1 << node));
+                assert_eq!(here, if at < 3 { 1 << (node + step) } else { 0 }, "{axis} {node}");
+                assert_eq!(below, if at == 3 { 1 << (node - 3 * step) } else { 0 }, "{axis} {node}");
             }
         }
     }

@@ -5,12 +5,15 @@
 
 mod check;
 mod distance;
+mod labelled;
 mod normals;
 mod quality;
+pub(crate) mod rings;
 pub(crate) mod stars;
 
 pub use check::Report;
 pub use distance::{Comparison, Deviation};
+pub use labelled::LabelMesh;
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};
 

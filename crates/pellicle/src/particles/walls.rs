@@ -171,8 +171,8 @@ impl Walls {
     }
 
     /// Images of the particles that a wall lacks: of those farther from it than two particle radii and nearer than their support
-    /// and 1.5 radii, mirrored 1.5 radii before the wall. Where two half-spaces meet there are images of images. What is
-    /// in a wall has none. The order depends on the particles alone.
+    /// and 1.5 radii, mirrored 1.5 radii before the wall. Where half-spaces meet there are images of images, up to three
+    /// times. What is in a wall has none. The order depends on the particles alone.
     ///
     /// ```
     /// # use std::sync::Arc;
@@ -190,17 +190,21 @@ impl Walls {
     /// # Ok::<(), pellicle::Error>(())
     /// ```
     pub fn ghosts(&self, positions: Positions<'_>, params: &Params) -> Ghosts {
+        /// Images of images of images: a corner has no more, however many planes there are.
+        const MOST: u8 = 3;
         let (n, mirror) = (positions.len(), Mirror::of(params));
         let mut images: Vec<([f64; 3], u32)> = Vec::new();
+        let mut depths: Vec<u8> = Vec::new();
         for &(normal, offset) in &self.planes {
-            let image = |at: [f64; 3], of: u32| {
-                let shift = mirror.shift(dot(normal, at) - offset)?;
-                Some((add_scaled(at, normal, -shift), of))
+            let image = |at: [f64; 3], of: u32, depth: u8| {
+                let shift = mirror.shift(dot(normal, at) - offset).filter(|_| depth < MOST)?;
+                Some(((add_scaled(at, normal, -shift), of), depth + 1))
             };
-            let first = (0..n).into_par_iter().filter_map(|i| image(positions.get(i), i as u32));
-            let second = images.par_iter().filter_map(|&(at, of)| image(at, of));
-            let new: Vec<([f64; 3], u32)> = first.chain(second).collect();
+            let first = (0..n).into_par_iter().filter_map(|i| image(positions.get(i), i as u32, 0));
+            let second = images.par_iter().zip(&depths).filter_map(|(&(at, of), &depth)| image(at, of, depth));
+            let (new, new_depths): (Vec<([f64; 3], u32)>, Vec<u8>) = first.chain(second).unzip();
             images.extend(new);
+            depths.extend(new_depths);
         }
         let of_solids = (0..n).into_par_iter().flat_map_iter(|i| {
             let at = positions.get(i);

@@ -25,6 +25,8 @@ use crate::{
 /// A field, ready for its particles.
 pub(super) struct Chosen {
     pub(super) field: Box<dyn AnyField>,
+    /// What is sampled in its place on the coarse lattice, if another does it for less.
+    pub(super) sampler: Option<Box<dyn AnyField>>,
     /// Support radius in world units: the farthest that any particle reaches.
     pub(super) support: f64,
     /// Columns that the particles will have.
@@ -50,6 +52,7 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
     let (iso, particles_per_support) = (params.iso as f32, params.smoothing_length as f32);
     let in_support_units = |spacings: f64| (spacings / params.smoothing_length) as f32;
     let mut support = params.support();
+    let mut sampler = None;
     let (field, columns): (Box<dyn AnyField>, usize) = match params.field {
         ScalarField::Sph if has_radii => {
             // The largest particle's.
@@ -65,6 +68,8 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
         ScalarField::Solenthaler(own) => {
             let (radius, t_low, t_high) = (in_support_units(own.radius), own.t_low as f32, own.t_high as f32);
             let field = of_radii!(has_radii, Solenthaler { iso, radius, t_low, t_high, particles_per_support });
+            // Where particles are as dense as samples that count ask for, and the centre as slow, the two are nearly one.
+            sampler = Some(of_radii!(has_radii, ZhuBridson { iso, radius, particles_per_support }));
             (field, usize::from(has_radii))
         }
         ScalarField::Adams => {
@@ -104,7 +109,7 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
         }
     };
     if support.is_normal() && (1.0 / support).is_normal() {
-        Ok(Chosen { field, support, columns })
+        Ok(Chosen { field, sampler, support, columns })
     } else {
         let must = "not so large that supports overflow";
         Err(Error::Parameter { name: "radii", value: largest, must })

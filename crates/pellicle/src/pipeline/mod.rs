@@ -4,24 +4,29 @@
 mod chosen;
 mod contour;
 pub(crate) mod engine;
+mod labels;
 mod sampled;
 mod surface;
+mod surface_boxes;
 mod tetrahedra;
 
 pub use contour::{
     Contour, ContourParams, ContourPiece, ContourStream, PoolUse, StreamSample, StreamShape, VertexNormals, contour,
+    contour_function,
 };
+pub use labels::{LabelParams, contour_labels};
 pub use surface::{Chunk, Surface};
-pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function, contour_tetrahedra};
+pub use tetrahedra::{Tetrahedra, TetrahedraParams, contour_function_tetrahedra, contour_tetrahedra};
 
 use std::sync::Arc;
 
 use chosen::{Chosen, Moved};
+use surface_boxes::SurfaceBoxes;
 
 use crate::{
     Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
-        band::{self, Budget},
+        band::{self, Budget, Look},
         store::Source,
     },
     fill::{
@@ -62,6 +67,7 @@ pub struct Reconstructor {
     /// What each particle brings to the field besides its position, in canonical order.
     columns: Vec<Vec<f32>>,
     moved: Moved,
+    surface: SurfaceBoxes,
     band: band::Band,
     counted: Counted,
     chunks: Vec<usize>,
@@ -130,12 +136,13 @@ impl Reconstructor {
             value: f64::NAN,
             must: "a vector unit that this machine has; choose Auto",
         })?;
-        let Chosen { field, support, columns } = chosen::choose(params, positions)?;
+        let Chosen { field, sampler, support, columns } = chosen::choose(params, positions)?;
         let lattice = Lattice { spacing: params.spacing(), support };
-        let budget = budget(params.max_memory, positions.len(), columns)?;
+        let surface = if params.band == Band::Paper { SurfaceBoxes::BYTES_PER_PARTICLE } else { 0 };
+        let budget = budget(params.max_memory, positions.len(), columns, surface)?;
         control.begin(Stage::Sort)?;
         self.cells.build(positions, lattice)?;
-        Ok(Sorted(Job { from: self, unit, field, lattice, budget, params, positions, attributes, control }))
+        Ok(Sorted(Job { from: self, unit, field, sampler, lattice, budget, params, positions, attributes, control }))
     }
 
     fn wall_lattice(&self, spacing: f64) -> Option<WallLattice> {
@@ -181,6 +188,7 @@ struct Job<'a> {
     from: &'a mut Reconstructor,
     unit: Unit,
     field: Box<dyn AnyField>,
+    sampler: Option<Box<dyn AnyField>>,
     lattice: Lattice,
     budget: Budget,
     params: &'a Params,
@@ -208,7 +216,10 @@ impl<'a> Sorted<'a> {
         job.lattice = chosen::weigh(&mut *job.from, job.unit, job.lattice, job.params, job.positions, job.control)?;
         job.control.check()?;
         if let Some(lattice) = job.from.wall_lattice(job.lattice.spacing) {
-            job.field = Box::new(Walled { field: job.field, lattice, support: job.lattice.support });
+            let support = job.lattice.support;
+            let walled = |field, lattice| Box::new(Walled { field, lattice, support }) as Box<dyn AnyField>;
+            job.sampler = job.sampler.map(|field| walled(field, lattice.clone()));
+            job.field = walled(job.field, lattice);
         }
         Ok(Weighed(job))
     }
@@ -229,16 +240,38 @@ impl<'a> Weighed<'a> {
         chosen::volumes(params.field, *lattice, &from.columns, from.cells.len())
     }
 
+    /// What rivals begin with.
+    #[cfg(feature = "internals")]
+    pub(crate) fn parts(&self) -> (&Cells, &[Vec<f32>], f64) {
+        (&self.0.from.cells, &self.0.from.columns, self.0.lattice.support)
+    }
+
     /// Samples the field where the surface may be.
     ///
     /// # Errors
-    /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Cancelled`].
+    /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Parameter`] for [`Band::Paper`] where there
+    /// are walls, [`Error::Cancelled`].
     pub fn sample(self) -> Result<Sampled<'a>, Error> {
         let Self(job) = self;
-        let Reconstructor { cells, columns, band, .. } = &mut *job.from;
+        let has_walls = job.from.walls.is_some();
+        let Reconstructor { cells, columns, band, surface, .. } = &mut *job.from;
+        surface.clear();
+        let look = match job.params.band {
+            Band::Auto => Look::Band,
+            Band::Full => Look::Everywhere,
+            Band::Paper if has_walls => {
+                let must = "auto or full where there are walls: no surface particle tells where a wall cuts the fluid";
+                return Err(Error::Parameter { name: "band", value: f64::NAN, must });
+            }
+            Band::Paper => {
+                job.control.begin(Stage::SurfaceParticles)?;
+                Look::Near(surface.find(job.unit, job.params, job.positions, job.control)?)
+            }
+        };
         let columns = &chosen::slices(columns);
         let source = Source { unit: job.unit, field: &*job.field, cells, columns, control: job.control };
-        band.find(&source, job.lattice.step(), job.params.band == Band::Full, job.budget)?;
+        let sampler = Source { field: job.sampler.as_deref().unwrap_or(&*job.field), ..source };
+        band.find(&source, &sampler, job.lattice.step(), look, job.budget)?;
         Ok(Sampled(job))
     }
 }
@@ -270,7 +303,7 @@ impl<'a> Sampled<'a> {
     pub fn count(self) -> Result<Surface<'a>, Error> {
         let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
         control.begin(Stage::Count)?;
-        from.counted.count(unit, &from.band.fine)?;
+        from.counted.count(unit, &from.band.fine, &from.band.marks)?;
         control.check()?;
         from.cut_chunks();
         let frame = Frame { origin: from.origin(), spacing: lattice.spacing };
@@ -279,9 +312,10 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// A limit, of which the sorted particles and their columns take their part.
-fn budget(max_memory: Option<u64>, particles: usize, columns: usize) -> Result<Budget, Error> {
-    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + (columns * size_of::<f32>()) as u64);
+/// A limit, of which the sorted particles, their columns and the bytes that finding surface particles takes of each have their
+/// part.
+fn budget(max_memory: Option<u64>, particles: usize, columns: usize, surface: u64) -> Result<Budget, Error> {
+    let taken = particles as u64 * (Cells::BYTES_PER_PARTICLE + (columns * size_of::<f32>()) as u64 + surface);
     let bytes = max_memory.unwrap_or(u64::MAX);
     if taken > bytes {
         return Err(Error::Memory { what: "the particles alone", needed: taken, available: bytes });

@@ -1,11 +1,11 @@
-//! Road A by tetrahedra: the samples near the surface of particles, cut into five or six tetrahedra a cell.
+//! Road A by tetrahedra: the samples near the surface of particles, cut into tetrahedra.
 
 use std::cell::RefCell;
 
-use super::{Job, Sampled, chosen};
+use super::{Job, Reconstructor, Sampled, chosen};
 use crate::{
-    Attribute, Error, Mesh, Params, Stage, Stats, Tetrahedra, VertexAttribute,
-    bricks::store::Store,
+    Attribute, Band, Error, Mesh, Params, Stage, Stats, Tetrahedra, VertexAttribute,
+    bricks::{self, store::Store},
     fill::{Scratch, points::OctetVertices},
     lattice::{Coord, Lattice, OCTET},
     lookup::cells::Cells,
@@ -15,9 +15,11 @@ use crate::{
 
 impl Sampled<'_> {
     /// The surface by tetrahedra in place of marching cubes, with the normals and attributes that were asked for, and what the
-    /// work amounted to. The nodes
-    /// are those of the lattice, so [`Tetrahedra::Five`] and [`Tetrahedra::Six`] are to be had; the others have nodes in the
-    /// middles of cells.
+    /// work amounted to.
+    ///
+    /// Where the split has nodes in the middles of cells their value is the mean of the cell's corners, and a few more bricks are
+    /// filled. [`Tetrahedra::Simplex`], which has the nodes and the tetrahedra of [`Tetrahedra::BodyCentred`], gives the same
+    /// mesh as that.
     ///
     /// ```
     /// # use pellicle::{Control, Params, Reconstructor, Tetrahedra};
@@ -31,31 +33,48 @@ impl Sampled<'_> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Parameter`] for another split or where there are walls, [`Error::Memory`] when a limit kept the samples from being kept,
+    /// [`Error::Parameter`] where there are walls and with [`Band::Paper`], [`Error::Memory`] when a limit kept the samples from being
+    /// kept,
     /// [`Error::Count`] when the vertices exceed `u32`, [`Error::Cancelled`].
     pub fn tetrahedra(self, split: Tetrahedra) -> Result<(Mesh, Stats), Error> {
-        let Self(Job { from, unit, field, lattice, params, attributes, control, .. }) = self;
+        let Self(Job { from, unit, field, lattice, budget, params, attributes, control, .. }) = self;
         let kind = match split {
             Tetrahedra::Five => Kind::Five,
             Tetrahedra::Six => Kind::Six,
-            _ => {
-                let must = "five or six for particles: the others have nodes between those that are sampled";
-                return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
-            }
+            Tetrahedra::BodyCentred | Tetrahedra::Simplex => Kind::Bcc,
+            Tetrahedra::Regularised => Kind::Regularised,
         };
+        if params.band == Band::Paper {
+            let must = "auto or full with tetrahedra: the paper's band knows whole cells only";
+            return Err(Error::Parameter { name: "band", value: f64::NAN, must });
+        }
         if from.walls.is_some() {
             let must = "marching cubes where there are walls: the others know of no edge that a wall cuts";
             return Err(Error::Parameter { name: "tetrahedra", value: f64::NAN, must });
         }
-        if !from.band.has_values {
-            let needed = size_of::<[f32; 64]>() as u64 * from.band.fine.len() as u64;
-            let what = "keeping all samples near the surface, as tetrahedra ask,";
-            return Err(Error::Memory { what, needed, available: params.max_memory.unwrap_or(0) });
+        let (iso, has_middles) = (f64::from(field.iso()), matches!(kind, Kind::Bcc | Kind::Regularised));
+        let Reconstructor { cells, columns, band, .. } = &mut *from;
+        let columns = chosen::slices(columns);
+        loop {
+            if !band.has_values {
+                let needed = size_of::<[f32; 64]>() as u64 * band.fine.len() as u64;
+                let what = "keeping all samples near the surface, as tetrahedra ask,";
+                return Err(Error::Memory { what, needed, available: params.max_memory.unwrap_or(0) });
+            }
+            let missing = match has_middles {
+                true => Filled::new(&band.fine, iso, lattice.spacing, [0; 3]).missing(),
+                false => Vec::new(),
+            };
+            if missing.is_empty() {
+                break;
+            }
+            let source = bricks::store::Source { unit, field: &*field, cells, columns: &columns, control };
+            band.fill_more(&missing, &source, lattice.step(), budget)?;
         }
-        let origin = near_node(from.band.fine.octets.iter().map(|octet| octet.at));
-        let source = Filled::new(&from.band.fine, f64::from(field.iso()), lattice.spacing, origin);
+        let origin = near_node(band.fine.octets.iter().map(|octet| octet.at));
+        let source = Filled::new(&band.fine, iso, lattice.spacing, origin);
         let surface = Surface::new(&source, kind, control)?;
-        check_memory(&from.band.fine, &surface, params, attributes)?;
+        check_memory(&band.fine, &surface, params, attributes)?;
         control.begin(Stage::Emit)?;
         let mut mesh = Mesh {
             origin: origin.map(|n| f64::from(n) * lattice.spacing),
@@ -66,8 +85,8 @@ impl Sampled<'_> {
         surface.write_vertices(&source, &mut mesh.vertices);
         surface.write_triangles(&source, &mut mesh.triangles);
 
-        let points = Points::new(&source, &surface, &from.cells, lattice, origin);
-        let columns = chosen::slices(&from.columns);
+        let beyond = i32::from(has_middles);
+        let points = Points { beyond, ..Points::new(&source, &surface, cells, lattice, origin) };
         if params.normals {
             mesh.normals = filled([0.0; 3], mesh.vertices.len());
             points.write(&mesh.vertices, 1, &mut mesh.normals, |of, to| field.normals(unit, of, &columns, to));
@@ -85,7 +104,9 @@ impl Sampled<'_> {
         }
         control.check()?;
         let stats = Stats {
-            particles: from.cells.len() as u64,
+            particles: cells.len() as u64,
+            surface_particles: 0,
+            surface_nodes: 0,
             bricks_filled: source.bricks() as u64,
             bricks_crossed: surface.crossed_bricks() as u64,
             blocks: 1,
@@ -132,6 +153,8 @@ struct Points<'a> {
     cells: &'a Cells,
     lattice: Lattice,
     origin: Coord,
+    /// See [`OctetVertices`].
+    beyond: i32,
     /// Where it lies, its first vertex, and the vertices of each of its bricks; with an end.
     octets: Vec<(Coord, usize, [u32; 8])>,
 }
@@ -154,7 +177,7 @@ impl<'a> Points<'a> {
             first += vertices as usize;
         });
         octets.push(([0; 3], first, [0; 8]));
-        Self { cells, lattice, origin, octets }
+        Self { cells, lattice, origin, beyond: 0, octets }
     }
 
     /// Calls `work` with the vertices of each octet, in parallel, and with their part of `to`, which has `components` numbers a
@@ -176,6 +199,7 @@ impl<'a> Points<'a> {
                     step: self.lattice.step(),
                     octet,
                     counts,
+                    beyond: self.beyond,
                     origin: self.origin,
                     per_unit: 1.0 / self.lattice.support,
                     vertices: &vertices[first(i)..first(i + 1)],

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use rayon::prelude::*;
 
-use super::{Reconstructor, chosen};
+use super::{Reconstructor, chosen, surface_boxes::SurfaceBoxes};
 use crate::{
-    Attribute, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
+    Attribute, Band, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
     bricks::store::{Source, Store},
     fill::{Scratch, Values, any::AnyField, points::OctetVertices, walled::WallLattice},
     lattice::Lattice,
@@ -68,6 +68,8 @@ impl Surface<'_> {
     pub fn stats(&self) -> Stats {
         Stats {
             particles: self.from.cells.len() as u64,
+            surface_particles: self.from.surface.boxes.len() as u64,
+            surface_nodes: self.from.band.marks.nodes(),
             bricks_filled: self.from.band.fine.len() as u64,
             blocks: if self.from.band.has_values { 1 } else { self.chunk_count() as u64 },
             bricks_crossed: self.from.counted.crossed_bricks() as u64,
@@ -161,7 +163,10 @@ impl Surface<'_> {
         let values = if band.has_values { band.fine.len() * size_of::<Values>() } else { 0 };
         let per_particle = Cells::BYTES_PER_PARTICLE + (columns.len() * size_of::<f32>()) as u64;
         let particles = cells.len() as u64 * per_particle;
-        particles + Store::<1>::bytes(band.fine.octet_count(), band.fine.len()) + values as u64
+        let surface =
+            if self.params.band == Band::Paper { cells.len() as u64 * SurfaceBoxes::BYTES_PER_PARTICLE } else { 0 };
+        let lattice = Store::<1>::bytes(band.fine.octet_count(), band.fine.len()) + band.marks.bytes();
+        particles + surface + lattice + values as u64
     }
 
     fn chunk_count(&self) -> usize {
@@ -225,7 +230,7 @@ impl Surface<'_> {
         let Reconstructor { counted, band, .. } = self.from;
         for (part, next) in self.parts(chunk) {
             let own = take(&mut to, (next.first_triangle - part.first_triangle) as usize);
-            self.unit.run(Triangles { store: &band.fine, counted, part, to: own });
+            self.unit.run(Triangles { store: &band.fine, marks: &band.marks, counted, part, to: own });
         }
     }
 
@@ -262,6 +267,7 @@ impl Surface<'_> {
                 let mut counts = [0; 8];
                 ones(octet.filled.into()).for_each(|brick| counts[brick] = counted.crossings(octet, brick).vertices());
                 work(OctetVertices {
+                    beyond: 0,
                     cells,
                     step: self.lattice.step(),
                     octet: octet.at,

@@ -20,6 +20,7 @@
 //! 1999, for the link condition. The rounds are this project's.
 
 mod collapse;
+mod fans;
 mod quadric;
 
 use super::{
@@ -94,12 +95,13 @@ pub fn decimate(mesh: &mut Mesh, target: Target, control: &Control<'_>) -> Resul
     }
     let mut work = mesh.clone();
     let mut shrinking = Shrinking::new(&work, error);
-    while work.triangles.len() > left {
+    while shrinking.triangles() > left {
         control.check()?;
         if !shrinking.round(&mut work, left) {
             break;
         }
     }
+    shrinking.finish(&mut work);
     let mut target = vec![NONE; work.vertices.len()];
     work.triangles.as_flattened().iter().for_each(|&v| target[v as usize] = v);
     *mesh = merge(&work, &target);

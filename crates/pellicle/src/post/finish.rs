@@ -12,7 +12,10 @@ use super::{
     smooth::{self, Smoothing},
     snap::{self, Nodes},
 };
-use crate::{Control, Error, Mesh, VertexAttribute, mesh::stars::Stars};
+use crate::{
+    Control, Error, Mesh, VertexAttribute,
+    mesh::{rings::Rings, stars::Stars},
+};
 
 /// What is done to a mesh once it is there. The default does nothing; [`Finish::good_looking`] is what to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,17 +46,17 @@ impl Finish {
         *self == Self::default()
     }
 
-    /// Bytes needed besides the mesh, at the most: stars, positions twice, and the mesh again where vertices are merged.
+    /// Bytes needed besides the mesh, at the most: stars, neighbors, positions twice, and the mesh again where vertices are merged.
     pub fn memory(&self, mesh: &Mesh) -> u64 {
         let (v, t) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64);
         let values: u64 = mesh.attributes.iter().map(|a| a.components as u64).sum();
         let copy = (12 + 12 * u64::from(!mesh.normals.is_empty()) + 4 * values) * v + 12 * t;
-        let again = if self.snap || self.keep != Keep::default() { copy + 24 * v } else { 0 };
+        let again = if self.snap || self.keep != Keep::default() { copy + 26 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
         // Heights, pieces of triangles, and the mesh that is left.
         let cut = if self.clamp.is_some() { 2 * copy + 12 * v + 40 * t } else { 0 };
-        8 * v + 24 * t + (32 * v).max(again).max(fewer).max(cut)
+        8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer).max(cut)
     }
 
     fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {
@@ -106,12 +109,14 @@ impl Finish {
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();
         let normals = self.normals.or(stale.then_some(0));
+        let mut rings = Rings::default();
         if self.smoothing.is_some() || normals.is_some() && self.decimate.is_none() {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            rings = Rings::of(&stars);
         }
         if let Some(smoothing) = &self.smoothing {
             let weights = crowding.map(|crowding| smooth::weights(&crowding.values));
-            smooth::with_stars(mesh, &stars, weights.as_deref(), smoothing, control)?;
+            smooth::with_stars(mesh, &stars, &rings, weights.as_deref(), smoothing, control)?;
         }
         if let Some(target) = self.decimate {
             // Stale normals are made again below: they need not travel.
@@ -121,10 +126,11 @@ impl Finish {
             decimate(mesh, target, control)?;
             if normals.is_some() {
                 stars.rebuild(&mesh.triangles, mesh.vertices.len());
+                rings = Rings::of(&stars);
             }
         }
         if let Some(iterations) = normals {
-            normals::with_stars(mesh, &stars, iterations, control)?;
+            normals::with_stars(mesh, &stars, &rings, iterations, control)?;
         }
         if let Some(bounds) = &self.clamp {
             clamp(mesh, bounds, control)?;
@@ -137,6 +143,33 @@ impl Finish {
 mod tests {
     use super::*;
     use crate::{Attribute, Params, Reconstructor, crowding, mesh::Report};
+
+    #[test]
+    fn each_verb_works_without_the_others_and_normals_are_those_of_the_mesh_that_is_left() {
+        let positions: Vec<[f32; 3]> = (0..216).map(|i| [i % 6, i / 6 % 6, i / 36].map(|v| v as f32 * 0.05)).collect();
+        let params = Params::new(0.025);
+        let mesh = crate::reconstruct(&positions, &params).unwrap();
+        let (decimate, smoothing) = (Some(decimate::Target::Share(0.3)), Some(Smoothing::default()));
+        let nothing = Finish::default();
+        for finish in [
+            Finish { keep: Keep { largest: Some(1), ..Keep::default() }, ..nothing },
+            Finish { snap: true, ..nothing },
+            Finish { smoothing, ..nothing },
+            Finish { decimate, ..nothing },
+            Finish { normals: Some(2), ..nothing },
+            Finish { decimate, normals: Some(2), ..nothing },
+            Finish { decimate, ..Finish::good_looking() },
+        ] {
+            let mut found = mesh.clone();
+            finish.apply(&mut found, &Nodes::cubic(params.spacing()), None, &Control::default()).unwrap();
+            assert!(Report::of(&found).closed_manifold());
+            let mut want = found.clone();
+            if let Some(iterations) = finish.normals {
+                normals::from_triangles(&mut want, iterations, &Control::default()).unwrap();
+            }
+            assert_eq!(found, want, "{finish:?}");
+        }
+    }
 
     #[test]
     fn spray_keeps_its_size_where_weights_are_given() {

@@ -12,6 +12,7 @@ pub mod components;
 pub mod cut;
 pub mod decimate;
 mod finish;
+mod flip;
 pub mod largest;
 pub mod normals;
 pub mod quads;

@@ -7,13 +7,12 @@
 //! Source: the weights are those of Gouraud-shading practice, see Max, Weights for Computing Vertex Normals from Facet
 //! Normals, 1999; averaging them over the neighbors is Löschner et al. 2023, section 5.
 
-use rayon::prelude::*;
-
 use super::check;
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
-
-/// Vertices handled by one task, at least.
-const CHUNK: usize = 1 << 12;
+use crate::{
+    Control, Error, Mesh,
+    mesh::rings::{Rings, Step},
+    mesh::stars::Stars,
+};
 
 /// Gives the mesh normals from its triangles, then lets every normal be the normalised mean of itself and its neighbors,
 /// `iterations` times.
@@ -24,13 +23,15 @@ const CHUNK: usize = 1 << 12;
 pub fn from_triangles(mesh: &mut Mesh, iterations: usize, control: &Control<'_>) -> Result<(), Error> {
     mesh.normals.clear();
     check(mesh)?;
-    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), iterations, control)
+    let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
+    with_stars(mesh, &stars, &Rings::of(&stars), iterations, control)
 }
 
 /// The same for a mesh whose stars are known.
 pub(super) fn with_stars(
     mesh: &mut Mesh,
     stars: &Stars,
+    rings: &Rings,
     iterations: usize,
     control: &Control<'_>,
 ) -> Result<(), Error> {
@@ -46,30 +47,31 @@ pub(super) fn with_stars(
         [x, y, z, 0.0]
     };
     // A fourth place, so that a normal is one load of four lanes.
-    let mut from: Vec<[f32; 4]> = (0..vertices.len()).into_par_iter().map(of_vertex).collect();
+    let mut from = rings.places(of_vertex);
     let mut to = if iterations > 0 { from.clone() } else { Vec::new() };
     for _ in 0..iterations {
         control.check()?;
-        to.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(v, to)| *to = mean(stars, &from, v));
+        rings.step(&Mean, &from, &mut to);
         std::mem::swap(&mut from, &mut to);
     }
-    mesh.normals = from.par_iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+    mesh.normals = vec![[0.0; 3]; vertices.len()];
+    rings.vertices(&from, &mut mesh.normals);
     Ok(())
 }
 
 /// The direction of the sum of a vertex's normal and its neighbors'. They are of length 1, so `f32` has room.
-#[inline(always)]
-fn mean(stars: &Stars, normals: &[[f32; 4]], v: usize) -> [f32; 4] {
-    let mut sum = normals[v];
-    for &[next, _] in stars.corners(v) {
-        let near = normals[next as usize];
+struct Mean;
+
+impl Step for Mean {
+    #[inline(always)]
+    fn of(&self, here: [f32; 4], mut sum: [f32; 4], _: f32) -> [f32; 4] {
         for a in 0..4 {
-            sum[a] += near[a];
+            sum[a] += here[a];
         }
+        let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
+        let per = if length > 0.0 { 1.0 / length } else { 0.0 };
+        sum.map(|x| x * per)
     }
-    let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
-    let per = if length > 0.0 { 1.0 / length } else { 0.0 };
-    sum.map(|x| x * per)
 }
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

@@ -4,26 +4,33 @@
 
 use rayon::prelude::*;
 
+use super::flip::Flips;
 use crate::{Carry, Mesh, VertexAttribute};
 
 /// No vertex: what it was is dropped.
 pub(super) const NONE: u32 = u32::MAX;
 
+/// Groups handled by one task, at least.
+const CHUNK: usize = 1 << 12;
+
 /// Merges vertices: those with the same `target`, which is the lowest of them, become one in their middle, and what they
 /// carry becomes its mean, or is the one's that lies nearest to the middle; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
 /// What is left keeps its order.
 pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
-    let groups = Groups::of(target);
+    merge_and_turn(mesh, target, &Groups::of(target), &Flips::default())
+}
+
+/// The same, with edges turned on the way.
+pub(super) fn merge_and_turn(mesh: &Mesh, target: &[u32], groups: &Groups, flips: &Flips) -> Mesh {
     let mean = |values: &[f32], components: usize| groups.mean(values, components);
-    let triples = |values: &[[f32; 3]]| mean(values.as_flattened(), 3).as_chunks().0.to_vec();
-    let mut normals: Vec<[f32; 3]> = if mesh.normals.is_empty() { Vec::new() } else { triples(&mesh.normals) };
+    let mut normals = if mesh.normals.is_empty() { Vec::new() } else { groups.mean_of_triples(&mesh.normals) };
     normals.par_iter_mut().for_each(|n| {
         let length = n.iter().map(|x| x * x).sum::<f32>().sqrt();
         if length > 0.0 {
             *n = n.map(|x| x / length);
         }
     });
-    let vertices = triples(&mesh.vertices);
+    let vertices = groups.mean_of_triples(&mesh.vertices);
     let is_nearest = |attribute: &VertexAttribute| attribute.carry == Carry::Nearest;
     let nearest = if mesh.attributes.iter().any(is_nearest) { groups.nearest(mesh, &vertices) } else { Vec::new() };
     let carried = |attribute: &VertexAttribute| {
@@ -41,7 +48,12 @@ pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
         attributes: mesh.attributes.iter().map(carried).collect(),
         vertices,
         normals,
-        triangles: mesh.triangles.par_iter().filter_map(|t| groups.triangle(target, *t)).collect(),
+        triangles: mesh
+            .triangles
+            .par_iter()
+            .with_min_len(CHUNK)
+            .filter_map(|t| groups.triangle(target, flips, *t))
+            .collect(),
     }
 }
 
@@ -94,6 +106,12 @@ impl Groups {
         &self.members[self.start[group] as usize..self.start[group + 1] as usize]
     }
 
+    /// The number of the group whose lowest member is given.
+    #[inline(always)]
+    pub(super) fn number_of(&self, lowest: u32) -> usize {
+        self.number[lowest as usize] as usize
+    }
+
     /// The members of the group whose lowest is given; `None` if it is no group's.
     #[inline(always)]
     pub(super) fn members_with(&self, lowest: u32) -> Option<&[u32]> {
@@ -101,9 +119,26 @@ impl Groups {
         (group != NONE).then(|| self.members(group as usize))
     }
 
+    fn mean_of_triples(&self, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let of_group = |g| {
+            let members = self.members(g);
+            let mut sum = values[members[0] as usize].map(f64::from);
+            if members.len() == 1 {
+                return values[members[0] as usize];
+            }
+            for &v in &members[1..] {
+                for a in 0..3 {
+                    sum[a] += f64::from(values[v as usize][a]);
+                }
+            }
+            sum.map(|x| (x / members.len() as f64) as f32)
+        };
+        (0..self.len()).into_par_iter().with_min_len(CHUNK).map(of_group).collect()
+    }
+
     fn mean(&self, values: &[f32], components: usize) -> Vec<f32> {
         let mut to = vec![0.0; self.len() * components];
-        to.par_chunks_mut(components.max(1)).enumerate().for_each(|(g, to)| {
+        to.par_chunks_mut(components.max(1)).with_min_len(CHUNK).enumerate().for_each(|(g, to)| {
             let members = self.members(g);
             if let [one] = members {
                 to.copy_from_slice(&values[*one as usize * components..][..components]);
@@ -134,9 +169,9 @@ impl Groups {
     }
 
     #[inline(always)]
-    fn triangle(&self, target: &[u32], t: [u32; 3]) -> Option<[u32; 3]> {
+    fn triangle(&self, target: &[u32], flips: &Flips, t: [u32; 3]) -> Option<[u32; 3]> {
         let [a, b, c] = t.map(|v| target[v as usize]);
         let is_left = a != b && b != c && c != a && a != NONE && b != NONE && c != NONE;
-        is_left.then(|| [a, b, c].map(|t| self.number[t as usize]))
+        is_left.then(|| flips.turned([a, b, c]).map(|t| self.number[t as usize]))
     }
 }

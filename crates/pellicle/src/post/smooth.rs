@@ -25,10 +25,11 @@
 use rayon::prelude::*;
 
 use super::check;
-use crate::{Control, Error, Mesh, mesh::stars::Stars};
-
-/// Vertices moved by one task.
-const CHUNK: usize = 1 << 12;
+use crate::{
+    Control, Error, Mesh,
+    mesh::rings::{Rings, Step},
+    mesh::stars::Stars,
+};
 
 /// How much is smoothed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,13 +139,15 @@ pub fn smooth(
     if smoothing.iterations == 0 {
         return Ok(());
     }
-    with_stars(mesh, &Stars::of(&mesh.triangles, n), weights, smoothing, control)
+    let stars = Stars::of(&mesh.triangles, n);
+    with_stars(mesh, &stars, &Rings::of(&stars), weights, smoothing, control)
 }
 
 /// The same for a mesh whose stars are known.
 pub(super) fn with_stars(
     mesh: &mut Mesh,
     stars: &Stars,
+    rings: &Rings,
     weights: Option<&[f32]>,
     smoothing: &Smoothing,
     control: &Control<'_>,
@@ -154,39 +157,42 @@ pub(super) fn with_stars(
         let moves = !stars.corners(v).is_empty() && stars.is_closed(v);
         if moves { weights.map_or(1.0, |weights| weights[v]) } else { 0.0 }
     };
-    let place = |(v, &[x, y, z]): (usize, &[f32; 3])| [x, y, z, weight(v)];
-    let mut from: Vec<[f32; 4]> = mesh.vertices.par_iter().enumerate().map(place).collect();
+    let vertices = &mesh.vertices;
+    let mut from = rings.places(|v| {
+        let [x, y, z] = vertices[v];
+        [x, y, z, weight(v)]
+    });
     let mut to = from.clone();
     for _ in 0..smoothing.iterations {
         for share in smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0) {
             control.check()?;
-            to.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, to)| relax(stars, &from, chunk * CHUNK, share, to));
+            rings.step(&Relax { share }, &from, &mut to);
             std::mem::swap(&mut from, &mut to);
         }
     }
-    mesh.vertices.par_iter_mut().zip(&from).for_each(|(vertex, &[x, y, z, _])| *vertex = [x, y, z]);
+    rings.vertices(&from, &mut mesh.vertices);
     Ok(())
 }
 
-/// One step of the vertices from `first` on, by `share` of their weight. The fourth place, the weight, stays.
-fn relax(stars: &Stars, from: &[[f32; 4]], first: usize, share: f32, to: &mut [[f32; 4]]) {
-    for (v, to) in (first..).zip(to) {
-        let here = from[v];
-        if here[3] == 0.0 {
-            continue;
+/// One step of a vertex, by a share of its weight. The fourth place, the weight, stays.
+struct Relax {
+    share: f32,
+}
+
+impl Step for Relax {
+    #[inline(always)]
+    fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4] {
+        let weight = here[3];
+        // What stays does so even beside what is not finite.
+        if weight == 0.0 {
+            return here;
         }
-        let corners = stars.corners(v);
-        let mut sum = [0.0; 4];
-        for &[next, _] in corners {
-            let near = from[next as usize];
-            for a in 0..4 {
-                sum[a] += near[a];
-            }
+        let mut to = [0.0; 4];
+        for a in 0..4 {
+            to[a] = here[a] + self.share * weight * (sum[a] * per - here[a]);
         }
-        let per = 1.0 / corners.len() as f32;
-        for a in 0..3 {
-            to[a] = here[a] + share * here[3] * (sum[a] * per - here[a]);
-        }
+        to[3] = weight;
+        to
     }
 }
 

@@ -9,6 +9,8 @@
 //! (a thin neck that would be pinched, a droplet that would vanish), the merges that take part are undone, and the rest is
 //! looked at again until all is well. So a closed manifold stays one, with the same components and genus.
 //!
+//! Last, edges are turned where that brings the numbers of neighbors closer to six, and the surface is nearly flat.
+//!
 //! Source: Moore & Warren, Mesh Displacement: An Improved Contouring Method for Trivariate Data, 1991; undoing what would
 //! break the surface is this project's.
 
@@ -16,7 +18,8 @@ use rayon::prelude::*;
 
 use super::{
     check,
-    rebuild::{Groups, merge},
+    flip::Merged,
+    rebuild::{Groups, merge_and_turn},
 };
 use crate::{
     Control, Error, Mesh,
@@ -24,7 +27,7 @@ use crate::{
         union_find::join,
         vector::{cross, dot, length, subtract},
     },
-    mesh::stars::Stars,
+    mesh::stars::{Stars, followers},
 };
 
 /// Vertices looked at by one task.
@@ -87,7 +90,9 @@ pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, nodes: &Nodes, control:
         control.check()?;
         broken = undo(stars, &mut target, &all, &broken);
     }
-    *mesh = merge(mesh, &target);
+    let groups = Groups::of(&target);
+    let flips = Merged { mesh, stars, target: &target, groups: &groups }.flips();
+    *mesh = merge_and_turn(mesh, &target, &groups, &flips);
     Ok(())
 }
 
@@ -125,19 +130,15 @@ fn rounded(place: [f64; 3]) -> (u64, f64) {
     (key, off)
 }
 
-/// The lowest vertex that each can reach through neighbors of the same node. Vertices of a border stay alone.
+/// The lowest vertex that each can reach through neighbors of the same node.
 fn groups(stars: &Stars, nodes: &[u64]) -> Vec<u32> {
     let n = stars.len();
-    let closed: Vec<bool> = (0..n).into_par_iter().with_min_len(CHUNK).map(|v| stars.is_closed(v)).collect();
-    // What is next to a border stays, too, so that the border's triangles do.
-    let may_merge = |v: usize| closed[v] && stars.corners(v).iter().all(|corner| closed[corner[0] as usize]);
     let lower = |v: usize| {
-        let near = stars.corners(v).iter().map(|corner| corner[0]);
-        let mut same = near.filter(|&n| n < v as u32 && nodes[n as usize] == nodes[v]).peekable();
-        if same.peek().is_none() || !may_merge(v) {
-            return v as u32;
+        let mut lowest = v as u32;
+        for &[n, _] in stars.corners(v) {
+            lowest = lowest.min(if nodes[n as usize] == nodes[v] { n } else { u32::MAX });
         }
-        same.filter(|&n| may_merge(n as usize)).fold(v as u32, u32::min)
+        lowest
     };
     // The lowest of the neighbors; its own lowest neighbor may be lower still, and a group may have several such ends.
     let mut lowest: Vec<u32> = (0..n).into_par_iter().with_min_len(CHUNK).map(lower).collect();
@@ -150,11 +151,10 @@ fn groups(stars: &Stars, nodes: &[u64]) -> Vec<u32> {
         near.filter(move |&n| n < v && nodes[n] == nodes[v] && lowest_of[n] != lowest_of[v])
             .map(move |n| [n as u32, v as u32])
     };
-    let splits: Vec<[u32; 2]> = (0..n).into_par_iter().with_min_len(CHUNK).flat_map_iter(split).collect();
+    let merged = (0..n).into_par_iter().with_min_len(CHUNK).filter(|&v| lowest_of[v] != v as u32);
+    let splits: Vec<[u32; 2]> = merged.flat_map_iter(split).collect();
     for [a, b] in splits {
-        if may_merge(a as usize) && may_merge(b as usize) {
-            join(&mut lowest, a, b);
-        }
+        join(&mut lowest, a, b);
     }
     for v in 0..n {
         lowest[v] = lowest[lowest[v] as usize];
@@ -209,8 +209,8 @@ fn members<'a>(target: &'a [u32], all: &'a Groups, lowest: u32) -> &'a [u32] {
     }
 }
 
-/// Whether the fan of a merged vertex does not close, or more than a disc vanishes in it. A vertex of a border has no
-/// closed fan to lose: nothing next to it merges.
+/// Whether the fan of a merged vertex does not close, or more than a disc vanishes in it. A vertex of a border never has a
+/// closed fan: it is broken as long as it or a neighbor merges. A hole that would vanish counts as more than a disc.
 fn is_broken(stars: &Stars, target: &[u32], group: &[u32], fan: &mut Vec<[u32; 2]>) -> bool {
     let is_disc = collect_fan(stars, target, group, fan);
     if is_disc && is_one_fan(fan) {
@@ -242,21 +242,24 @@ fn collect_fan(stars: &Stars, target: &[u32], group: &[u32], fan: &mut Vec<[u32;
 
 /// Whether the pairs link up to a single ring of at least three.
 fn is_one_fan(fan: &[[u32; 2]]) -> bool {
-    let Some(&[first, _]) = fan.first() else { return false };
-    let (mut at, mut steps) = (first, 0);
-    loop {
-        let mut leaving = fan.iter().filter(|pair| pair[0] == at);
-        let (Some(pair), None) = (leaving.next(), leaving.next()) else { return false };
-        at = pair[1];
-        steps += 1;
-        if at == first || steps > fan.len() {
-            return at == first && steps == fan.len() && steps >= 3;
-        }
+    const MOST: usize = 256;
+    let n = fan.len();
+    let mut next = [0u8; MOST];
+    if !(3..=MOST).contains(&n) || !followers(fan, |i, j| next[i] = j as u8) {
+        return false;
     }
+    let mut at = next[0];
+    let mut steps = 1;
+    while at != 0 {
+        at = next[usize::from(at)];
+        steps += 1;
+    }
+    steps == n
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::rebuild::merge;
     use super::*;
     use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
 
@@ -331,6 +334,72 @@ mod tests {
             assert!(near.fold(f32::MAX, f32::min).sqrt() < 0.9 * params.spacing() as f32);
         }
         assert!(mesh.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]));
+    }
+
+    /// An open square of n × n quads bent along its middle, all cut along the same diagonal but for the one at `other`.
+    fn square(n: u32, other: u32, slope: f32) -> Mesh {
+        let at = |i: u32, j: u32| i * (n + 1) + j;
+        let height = |j: u32| slope * j.saturating_sub(n / 2) as f32;
+        let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| [i as f32, j as f32, height(j)]));
+        let triangles = (0..n * n).flat_map(|q| {
+            let (i, j) = (q / n, q % n);
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if q == other { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] }
+        });
+        Mesh { vertices: vertices.collect(), triangles: triangles.collect(), ..Mesh::default() }
+    }
+
+    #[test]
+    fn an_edge_whose_ends_have_too_many_neighbors_is_turned_where_it_is_flat() {
+        let sorted = |mesh: &Mesh| {
+            let mut triangles = mesh.triangles.clone();
+            triangles.iter_mut().for_each(|t| {
+                let lowest = (0..3).min_by_key(|&i| t[i]).unwrap();
+                t.rotate_left(lowest);
+            });
+            triangles.sort_unstable();
+            triangles
+        };
+        let n = 8;
+        for (other, slope) in [(27, 0.0), (27, 0.2), (35, 0.0), (27, 9.0)] {
+            let mut mesh = square(n, other, slope);
+            let before = mesh.clone();
+            // Nodes so close that nothing merges.
+            snap(&mut mesh, &Nodes::cubic(0.25), &Control::default()).unwrap();
+            assert_eq!(mesh.vertices, before.vertices);
+            // The quad at 27 ends at the bend and is flat itself.
+            assert_eq!(sorted(&mesh), sorted(&square(n, n * n, slope)), "{other} {slope}");
+        }
+        // Bent along the diagonal itself, by far: it stays.
+        let mut mesh = square(n, 27, 0.0);
+        mesh.vertices[30][2] = 3.0;
+        let before = mesh.clone();
+        snap(&mut mesh, &Nodes::cubic(0.25), &Control::default()).unwrap();
+        assert_eq!(mesh, before);
+    }
+
+    #[test]
+    fn valences_come_closer_to_six_and_threads_do_not_show() {
+        let off_six = |mesh: &Mesh| {
+            let valence = crate::mesh::Quality::of(mesh).valence;
+            let squares = valence.iter().enumerate().map(|(n, &count)| (n as f64 - 6.0).powi(2) * count as f64);
+            squares.sum::<f64>() / mesh.vertices.len() as f64
+        };
+        let (mesh, params) = tangled(2);
+        let run = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut mesh = mesh.clone();
+            pool.install(|| snap(&mut mesh, &Nodes::cubic(params.spacing()), &Control::default())).unwrap();
+            mesh
+        };
+        let turned = run(1);
+        let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
+        let only_merged = {
+            let target = groups(&stars, &nearest_nodes(&mesh, &Nodes::cubic(params.spacing())).unwrap());
+            merge(&mesh, &target)
+        };
+        assert!(off_six(&turned) < 0.8 * off_six(&only_merged), "{} {}", off_six(&turned), off_six(&only_merged));
+        assert_eq!(run(3), turned);
     }
 
     #[test]

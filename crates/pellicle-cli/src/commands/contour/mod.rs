@@ -1,9 +1,10 @@
 //! `contour IN...`: volumes of files to surfaces in files.
 //!
 //! The samples stay in the type of the file. Of several isovalues each surface goes to a file of its own, whose name ends in
-//! `_V`. A volume that memory holds is looked at once for all of them ([`whole`]); a larger one is read layer by layer, twice for
+//! `_V`; of labels ([`labels`]) in `_LABEL`. A volume that memory holds is looked at once for all of them ([`whole`]); a larger one is read layer by layer, twice for
 //! each ([`stream`]), and gives the same bytes.
 
+mod labels;
 mod output;
 mod stream;
 mod whole;
@@ -27,11 +28,21 @@ use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::Files;
 use crate::target::Target;
-use crate::values::{IsoValue, show_argument, show_bytes, show_number};
+use crate::values::{IsoValue, Labels, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
 use crate::volume::{Block, Selection};
 use crate::walls::{self, Wall};
 use output::suffixed;
+pub use whole::view;
+
+/// One of the surfaces of a volume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    /// At the isovalue of this number.
+    Iso(usize),
+    /// Of this label.
+    Label(i128),
+}
 
 /// How cells become triangles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +55,7 @@ enum Method {
 struct Job<'a> {
     selection: Selection,
     isos: &'a [IsoValue],
+    labels: Option<&'a Labels>,
     method: Method,
     border: Border,
     keeps_largest: bool,
@@ -82,6 +94,7 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     }
     let first = plan.single.as_ref().or(plan.whole.first());
     if job.isos.is_empty()
+        && job.labels.is_none()
         && let Some(frame) = first
     {
         return Err(job.without_isovalue(&frame.input));
@@ -116,6 +129,7 @@ impl<'a> Job<'a> {
         Ok(Self {
             selection: Selection { crop, scale: args.scale, ..selection },
             isos: args.surface.iso.as_ref().map_or(&[][..], |isos| &isos.0),
+            labels: args.surface.labels.as_ref(),
             method,
             border: if args.surface.open { Border::Open } else { Border::Closed },
             keeps_largest: args.surface.largest,
@@ -124,7 +138,7 @@ impl<'a> Job<'a> {
             walls_record: walls::record(&args.finish.wall),
             up: args.up.into(),
             metres_per_unit: args.metres_per_unit,
-            params: ContourParams { level, normals, lanes: machine::lanes_from_environment()? },
+            params: ContourParams { level, normals, lanes: machine::lanes_from_environment()?, max_memory: None },
             max_memory: args.machine.max_memory,
             console,
         })
@@ -164,7 +178,7 @@ impl<'a> Job<'a> {
     /// Makes the surfaces of a frame.
     fn contour(&self, frame: &Frame) -> Result<Made, Failure> {
         let clock = StageClock::start();
-        let outputs = (0..self.isos.len()).map(|number| Target::new(self.named(&frame.output, number)));
+        let outputs = (0..self.isos.len()).map(|number| Target::new(self.named(&frame.output, Part::Iso(number))));
         let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
         for output in &outputs {
             output.check()?;
@@ -174,9 +188,12 @@ impl<'a> Job<'a> {
         let block = self.selection.block(file.header(), &frame.input)?;
         let budget = Budget::new(self.max_memory, &frame.input);
         let task = Task { job: self, frame, header: file.header().clone(), block, budget, clock };
-        let (surfaces, is_streamed) = match task.whole(file, &outputs)? {
-            Some(surfaces) => (surfaces, false),
-            None => (task.stream(&outputs)?, true),
+        let (surfaces, is_streamed) = if let Some(labels) = self.labels {
+            (task.labels(file, labels)?, false)
+        } else if let Some(surfaces) = task.whole(file, &outputs)? {
+            (surfaces, false)
+        } else {
+            (task.stream(&outputs)?, true)
         };
         let (line, report) = (task.line(&surfaces, is_streamed), task.report(&surfaces, is_streamed));
         for (name, time) in &task.clock.stages() {
@@ -185,9 +202,21 @@ impl<'a> Job<'a> {
         Ok(Made { line, report })
     }
 
-    /// The file of an isovalue.
-    fn named(&self, path: &Path, number: usize) -> PathBuf {
-        if self.isos.len() > 1 { suffixed(path, &self.isos[number].text) } else { path.to_owned() }
+    /// The file of a surface.
+    fn named(&self, path: &Path, part: Part) -> PathBuf {
+        let is_one_of_several = match part {
+            Part::Iso(_) => self.isos.len() > 1,
+            Part::Label(_) => !matches!(self.labels, Some(Labels::Some(labels)) if labels.len() == 1),
+        };
+        if is_one_of_several { suffixed(path, &self.text(part)) } else { path.to_owned() }
+    }
+
+    /// What names a surface.
+    fn text(&self, part: Part) -> String {
+        match part {
+            Part::Iso(number) => self.isos[number].text.clone(),
+            Part::Label(label) => label.to_string(),
+        }
     }
 
     /// Tells that all values are on one side of the isovalue, so that there is no surface, not even at the border.
@@ -253,6 +282,11 @@ impl<'a> Budget<'a> {
 
     fn has(&self, needed: u64) -> bool {
         self.limit.is_none_or(|limit| needed <= limit)
+    }
+
+    /// What is left beside so much.
+    fn left(&self, taken: u64) -> Option<u64> {
+        self.limit.map(|limit| limit.saturating_sub(taken))
     }
 
     /// An error if it does not fit; `why` nothing less will do.

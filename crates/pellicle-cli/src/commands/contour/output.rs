@@ -10,17 +10,16 @@ use pellicle::{Border, Control, Mesh};
 use pellicle_io::{PlyFile, PlyLayout, WriteOptions, write_mesh, write_quad_mesh};
 use serde_json::{Value, json};
 
-use super::Task;
+use super::{Job, Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::picture;
 use crate::target::Target;
-use crate::values::{IsoValue, show_bytes, show_many, show_vertices};
+use crate::values::{show_bytes, show_many, show_vertices};
 
 /// A surface that has been written.
 pub struct Surface {
-    /// Of the isovalue.
-    number: usize,
+    part: Part,
     output: PathBuf,
     png: Option<PathBuf>,
     vertices: usize,
@@ -32,19 +31,25 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// For people, after the isovalue.
-    pub fn line(&self, isos: &[IsoValue]) -> String {
+    /// For people, after the isovalue or the label.
+    fn line(&self, job: &Job<'_>) -> String {
         let (vertices, triangles) = (show_vertices(self.vertices), show_many(self.triangles, "triangle"));
         let quads = self.quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
         let pieces = self.pieces.map(|n| format!(", the largest of {}", show_many(n, "piece"))).unwrap_or_default();
-        let (iso, output, bytes) = (&isos[self.number].text, self.output.display(), show_bytes(self.bytes));
-        format!("{iso}: {vertices}, {triangles}{quads}{pieces} -> {output}, {bytes}")
+        let (name, output, bytes) = (job.text(self.part), self.output.display(), show_bytes(self.bytes));
+        format!("{name}: {vertices}, {triangles}{quads}{pieces} -> {output}, {bytes}")
     }
 
     /// For machines.
-    pub fn as_json(&self, isos: &[IsoValue]) -> Value {
+    fn as_json(&self, job: &Job<'_>) -> Value {
+        let (iso, label) = match self.part {
+            Part::Iso(number) => (Some(job.isos[number].value), None),
+            // Numbers beyond 64 bits as text.
+            Part::Label(label) => (None, Some(serde_json::from_str::<Value>(&label.to_string()).unwrap_or_default())),
+        };
         json!({
-            "iso": isos[self.number].value,
+            "iso": iso,
+            "label": label,
             "output": self.output.to_string_lossy(),
             "output_bytes": self.bytes,
             "png": self.png.as_ref().map(|path| path.to_string_lossy()),
@@ -58,16 +63,19 @@ impl Surface {
 
 impl Task<'_> {
     /// Finishes a surface, writes it and its picture. So many bytes are `held` beside the mesh.
-    pub fn finish(&self, mut mesh: Mesh, held: u64, number: usize, output: &Target) -> Result<Surface, Failure> {
+    pub fn finish(&self, mut mesh: Mesh, held: u64, part: Part, output: &Target) -> Result<Surface, Failure> {
         let job = self.job;
         let core = |error| Failure::core(&self.frame.input, error);
         let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
         let finish = job.finishing.finish;
+        if !job.finishing.is_nothing() {
+            let mesh_bytes = 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64;
+            let needed = held + mesh_bytes + job.finishing.memory(&mesh);
+            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
+        }
         if !finish.is_nothing() {
             self.clock.begin("finish");
-            let needed = held + 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64 + finish.memory(&mesh);
-            self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
             let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
             finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
         }
@@ -79,7 +87,7 @@ impl Task<'_> {
         self.clock.begin("write");
         let unit =
             job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
-        let options = WriteOptions { comments: self.record(number), up: job.up, metres_per_unit: unit };
+        let options = WriteOptions { comments: self.record(part), up: job.up, metres_per_unit: unit };
         let mut quads = None;
         if job.finishing.quads {
             let paired = pair(mesh, &Pairing::default(), &Control::default()).map_err(core)?;
@@ -92,7 +100,7 @@ impl Task<'_> {
         let mut png = None;
         if let Some(path) = &self.frame.png {
             self.clock.begin("draw");
-            let path = job.named(path, number);
+            let path = job.named(path, part);
             if mesh.triangles.is_empty() {
                 job.console.warn(format!("{}: there is nothing to draw", path.display()));
             } else {
@@ -101,24 +109,19 @@ impl Task<'_> {
             }
         }
         let triangles = mesh.triangles.len() - 2 * quads.unwrap_or(0);
-        let surface = self.written(number, output, [mesh.vertices.len(), triangles])?;
+        let surface = self.written(part, output, [mesh.vertices.len(), triangles])?;
         Ok(Surface { png, pieces, quads, ..surface })
     }
 
     /// What has been written of so many vertices and triangles.
-    pub fn written(
-        &self,
-        number: usize,
-        output: &Target,
-        [vertices, triangles]: [usize; 2],
-    ) -> Result<Surface, Failure> {
+    pub fn written(&self, part: Part, output: &Target, [vertices, triangles]: [usize; 2]) -> Result<Surface, Failure> {
         let bytes = std::fs::metadata(output.path()).map_err(|error| Failure::file(output.path(), error))?.len();
         let output = output.path().to_owned();
-        Ok(Surface { number, output, png: None, vertices, triangles, quads: None, pieces: None, bytes })
+        Ok(Surface { part, output, png: None, vertices, triangles, quads: None, pieces: None, bytes })
     }
 
     /// A PLY file that is written piece by piece; the same bytes as [`finish`](Self::finish) makes.
-    pub fn ply(&self, number: usize, output: &Target, counts: [u64; 2]) -> Result<PlyFile, Failure> {
+    pub fn ply(&self, part: Part, output: &Target, counts: [u64; 2]) -> Result<PlyFile, Failure> {
         let origin = self.block.origin(&self.header.grid);
         let layout = PlyLayout {
             quad_count: 0,
@@ -128,13 +131,13 @@ impl Task<'_> {
             attributes: Vec::new(),
             double: origin != [0.0; 3],
             origin,
-            comments: self.record(number),
+            comments: self.record(part),
         };
         Ok(PlyFile::create(output.path(), &layout)?)
     }
 
     /// What decides the mesh, for the output's header.
-    fn record(&self, number: usize) -> Vec<String> {
+    fn record(&self, part: Part) -> Vec<String> {
         let (job, header) = (self.job, &self.header);
         let source = self.frame.input.file_name().unwrap_or_default().to_string_lossy();
         let mut lines = vec![format!("pellicle {}", env!("CARGO_PKG_VERSION")), format!("source {source}")];
@@ -152,7 +155,10 @@ impl Task<'_> {
             lines.push(format!("crop {min:?} to {max:?}"));
         }
         let border = if job.border == Border::Open { "open" } else { "closed" };
-        lines.push(format!("isovalue {}, {}, {border}", job.isos[number].text, job.method.name()));
+        lines.push(match part {
+            Part::Iso(_) => format!("isovalue {}, {}, {border}", job.text(part), job.method.name()),
+            Part::Label(label) => format!("label {label}, {border}"),
+        });
         if job.keeps_largest {
             lines.push("largest piece".into());
         }
@@ -172,10 +178,10 @@ impl Task<'_> {
             "array": header.name,
             "spacing": header.grid.spacing(),
             "unit": header.unit,
-            "method": job.method.name(),
+            "method": if job.labels.is_some() { "labels" } else { job.method.name() },
             "border": if job.border == Border::Open { "open" } else { "closed" },
             "streamed": is_streamed,
-            "surfaces": surfaces.iter().map(|surface| surface.as_json(job.isos)).collect::<Vec<_>>(),
+            "surfaces": surfaces.iter().map(|surface| surface.as_json(job)).collect::<Vec<_>>(),
             "stages": self.clock.stages().iter().map(stage).collect::<Vec<_>>(),
             "seconds": self.clock.working().as_secs_f64(),
             "peak_memory_bytes": crate::machine::peak_memory(),
@@ -189,7 +195,7 @@ impl Task<'_> {
         let mut line = format!("{}: {x} × {y} × {z} samples of {kind}{how}", self.frame.input.display());
         for surface in surfaces {
             line.push_str("\n  ");
-            line.push_str(&surface.line(self.job.isos));
+            line.push_str(&surface.line(self.job));
         }
         line.push_str(&format!("\n  {:.3} s", self.clock.working().as_secs_f64()));
         line

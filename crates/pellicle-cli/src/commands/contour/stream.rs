@@ -6,8 +6,8 @@
 use pellicle::{ContourPiece, ContourStream, Mesh, StreamSample, StreamShape};
 use pellicle_io::{Samples, VolumeFile, each_sample_type};
 
-use super::Task;
 use super::output::Surface;
+use super::{Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;
@@ -67,7 +67,7 @@ impl Task<'_> {
             let range = Statistics::of_file(&|| self.job.selection.open(&self.frame.input))?.range;
             self.job.tell_nothing(&self.frame.input, number, range);
             let origin = self.block.origin(&self.header.grid);
-            return self.finish(Mesh { origin, ..Mesh::default() }, 0, number, output);
+            return self.finish(Mesh { origin, ..Mesh::default() }, 0, Part::Iso(number), output);
         }
         self.clock.begin("write");
         if output.is_stream() && self.job.is_piecewise(self.frame) {
@@ -86,7 +86,7 @@ impl Task<'_> {
         self.pieces(number, &mut |piece, _| {
             piece.append_to(&mut mesh).map_err(|error| Failure::core(&self.frame.input, error))
         })?;
-        self.finish(mesh, self.layers_at_hand(), number, output)
+        self.finish(mesh, self.layers_at_hand(), Part::Iso(number), output)
     }
 
     fn count(&self, number: usize) -> Result<Found, Failure> {
@@ -101,7 +101,7 @@ impl Task<'_> {
     }
 
     fn write_pieces(&self, number: usize, output: &Target, found: &Found) -> Result<Surface, Failure> {
-        let file = self.ply(number, output, [found.vertices, found.triangles])?;
+        let file = self.ply(Part::Iso(number), output, [found.vertices, found.triangles])?;
         let mut buffer = Vec::new();
         self.pieces(number, &mut |mut piece, first_triangle| {
             // No more vertices than 32 bits count, or the file would have been refused.
@@ -113,7 +113,7 @@ impl Task<'_> {
         })?;
         interrupt::check()?;
         file.finish()?;
-        self.written(number, output, [found.vertices as usize, found.triangles as usize])
+        self.written(Part::Iso(number), output, [found.vertices as usize, found.triangles as usize])
     }
 
     /// Reads the volume once and hands out its surface in pieces, each with the number of its first triangle. Tells whether samples

@@ -4,7 +4,7 @@ use pellicle::{Border, Contour, Control, Mesh, VertexNormals, Volume, contour_te
 use pellicle_io::{VolumeData, VolumeFile, each_sample_type};
 
 use super::output::Surface;
-use super::{Method, Task};
+use super::{Method, Part, Task};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::target::Target;
@@ -41,8 +41,7 @@ impl Task<'_> {
         match job.method {
             Method::Cubes(_) => {
                 let contour = Contour::extract(&volume, &isos, &job.params, &control).map_err(core)?;
-                let size = |n: usize| 12 * (contour.vertices(n) as u64 + contour.triangles(n) as u64);
-                let largest = (0..isos.len()).map(size).max().unwrap_or(0);
+                let largest = (0..isos.len()).map(|n| contour.mesh_bytes(n)).max().unwrap_or(0);
                 if !budget.has(needed + largest) {
                     let Some(why_not) = why_not else { return Ok(None) };
                     budget.claim(needed + largest, "the samples and a mesh", why_not)?;
@@ -53,7 +52,7 @@ impl Task<'_> {
                         true => Mesh { origin: volume.origin(), ..Mesh::default() },
                         false => contour.mesh(number),
                     };
-                    surfaces.push(self.finish(mesh, needed, number, output)?);
+                    surfaces.push(self.finish(mesh, needed, Part::Iso(number), output)?);
                 }
             }
             Method::Tetrahedra(split) => {
@@ -63,7 +62,7 @@ impl Task<'_> {
                         true => Mesh { origin: volume.origin(), ..Mesh::default() },
                         false => contour_tetrahedra(&volume, isos[number], split, &control).map_err(core)?,
                     };
-                    surfaces.push(self.finish(mesh, needed, number, output)?);
+                    surfaces.push(self.finish(mesh, needed, Part::Iso(number), output)?);
                 }
             }
         }
@@ -83,7 +82,7 @@ impl Task<'_> {
 }
 
 /// The core's view of what is kept of a volume.
-fn view(data: &VolumeData, block: Block, border: Border) -> Result<Volume<'_>, pellicle::Error> {
+pub fn view(data: &VolumeData, block: Block, border: Border) -> Result<Volume<'_>, pellicle::Error> {
     let (header, strides) = (&data.header, data.header.strides());
     let first = (0..3).map(|axis| block.first[axis] * strides[axis]).sum();
     let strides = strides.map(|stride| stride as isize);

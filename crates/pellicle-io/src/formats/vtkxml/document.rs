@@ -70,6 +70,8 @@ pub(crate) struct Listed {
     /// Time of the step it belongs to, in a Collection.
     pub(crate) time: f64,
     pub(crate) part: String,
+    /// The part of an image that it is.
+    pub(crate) extent: Option<[i64; 6]>,
 }
 
 /// What a file holds.
@@ -83,6 +85,8 @@ pub(crate) enum Kind {
     Parallel,
     /// Samples on a regular grid.
     ImageData,
+    /// A list of the files of one image (`PImageData`). Its arrays stand in a piece without data.
+    ParallelImage,
 }
 
 /// The appended data.

@@ -27,8 +27,8 @@ impl Section {
     fn of(tag: &str) -> Section {
         match tag {
             "Points" => Section::Points,
-            "PointData" => Section::PointData,
-            "CellData" => Section::CellData,
+            "PointData" | "PPointData" => Section::PointData,
+            "CellData" | "PCellData" => Section::CellData,
             "Cells" | "Polys" => Section::Cells,
             "Strips" => Section::Strips,
             _ => Section::Other,
@@ -101,6 +101,18 @@ impl Parser<'_> {
             "Piece" => self.piece(tag)?,
             "DataSet" => self.listed(tag)?,
             "ImageData" if self.document.kind == Kind::ImageData => self.image(tag)?,
+            "PImageData" if self.document.kind == Kind::ParallelImage => {
+                self.image(tag)?;
+                self.document.pieces.push(Piece::default());
+            }
+            "PPointData" | "PCellData" if self.document.kind == Kind::ParallelImage && !is_empty => {
+                self.section = Section::of(tag.local_name().as_ref());
+                self.active(tag)?;
+            }
+            "PDataArray" if self.document.kind == Kind::ParallelImage => {
+                self.enter()?;
+                self.described(tag, Location::Text(0..0))?;
+            }
             "Points" | "PointData" | "CellData" | "Cells" | "Polys" | "Strips" if !is_empty => {
                 self.section = Section::of(tag.local_name().as_ref());
                 self.active(tag)?;
@@ -132,6 +144,7 @@ impl Parser<'_> {
             "Collection" => Kind::Collection,
             "PUnstructuredGrid" | "PPolyData" => Kind::Parallel,
             "ImageData" => Kind::ImageData,
+            "PImageData" => Kind::ParallelImage,
             _ => {
                 let what =
                     format!("a VTK file of type '{kind}': only UnstructuredGrid, PolyData and ImageData are read");
@@ -170,7 +183,8 @@ impl Parser<'_> {
     fn piece(&mut self, tag: &BytesStart<'_>) -> Result<(), Error> {
         self.enter()?;
         if let Some(file) = self.attribute(tag, "Source")? {
-            self.document.listed.push(Listed { file: file.into(), time: 0.0, part: String::new() });
+            let extent = self.numbers(tag, "Extent")?;
+            self.document.listed.push(Listed { file: file.into(), time: 0.0, part: String::new(), extent });
             return Ok(());
         }
         let mut piece = Piece { count: self.count(tag, "NumberOfPoints")?, ..Piece::default() };
@@ -235,7 +249,7 @@ impl Parser<'_> {
             return Err(self.fail(format!("the time step '{time}' is not a finite number")));
         };
         let part = self.attribute(tag, "part")?.unwrap_or_default();
-        self.document.listed.push(Listed { file: file.into(), time, part });
+        self.document.listed.push(Listed { file: file.into(), time, part, extent: None });
         Ok(())
     }
 
@@ -258,6 +272,11 @@ impl Parser<'_> {
             }
             _ => return Err(self.fail(format!("the format '{format}' is not ascii, binary or appended"))),
         };
+        self.described(tag, location)
+    }
+
+    /// Takes in an array of the section at hand.
+    fn described(&mut self, tag: &BytesStart<'_>, location: Location) -> Result<(), Error> {
         let components = self.attribute(tag, "NumberOfComponents")?.unwrap_or_else(|| "1".into());
         let components = components.trim().parse::<u64>().ok().filter(|&c| (1..=MAX_COMPONENTS).contains(&c));
         let Some(components) = components else {

@@ -1,5 +1,5 @@
-//! VTK XML files: `.vtu`, `.vtp`, and the lists of files `.pvd`, `.pvtu`, `.pvtp`. What the readers of particles and
-//! meshes share.
+//! VTK XML files: `.vtu`, `.vtp`, `.vti`, and the lists of files `.pvd`, `.pvtu`, `.pvtp`, `.pvti`. What the readers of
+//! particles, meshes and volumes share.
 //!
 //! The file is held in memory as long as it is read, since arrays may point to any place in it.
 //!
@@ -57,7 +57,7 @@ impl XmlFile {
                 Err(file.fail("there is no Piece: the file holds no points, or it is cut short"))
             }
             Kind::UnstructuredGrid | Kind::PolyData => Ok(file),
-            Kind::ImageData => {
+            Kind::ImageData | Kind::ParallelImage => {
                 let what = "this is an image, a volume of samples: it holds no points and faces".into();
                 Err(Error::Unsupported { path: path.into(), what })
             }

@@ -12,8 +12,10 @@
 //! Source: Gourlay 2014, Fluid Simulation for Video Games 18, `GridWrapper` (strides and direction vectors); signed strides,
 //! other types, masks and borders are this project's.
 
+mod interpolant;
 mod scalar;
 
+pub use interpolant::Interpolant;
 pub use scalar::Samples;
 pub(crate) use scalar::{Cut, Scalar, with_samples};
 

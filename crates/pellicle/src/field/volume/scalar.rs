@@ -82,6 +82,12 @@ pub(crate) trait Scalar: Copy + Send + Sync + PartialOrd + 'static {
     /// As a double.
     fn to_f64(self) -> f64;
 
+    /// The label that it names: a whole number, none for NaN.
+    ///
+    /// # Errors
+    /// The value, where it is not whole.
+    fn to_label(self) -> Result<Option<i128>, f64>;
+
     /// The cut that is true for exactly the numbers greater than `iso`, which must be finite.
     fn cut(iso: f64) -> Cut<Self>;
 
@@ -107,6 +113,11 @@ macro_rules! integer {
                 self as f64
             }
 
+            #[inline(always)]
+            fn to_label(self) -> Result<Option<i128>, f64> {
+                Ok(Some(self.into()))
+            }
+
             fn cut(iso: f64) -> Cut<Self> {
                 // For integers, v > iso is v > floor(iso). The cast saturates, which is right above; MIN as a double is exact.
                 if iso < <$type>::MIN as f64 { Cut::All } else { Cut::Above(iso.floor() as $type) }
@@ -122,6 +133,10 @@ impl Scalar for f32 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self.into()
+    }
+
+    fn to_label(self) -> Result<Option<i128>, f64> {
+        f64::from(self).to_label()
     }
 
     fn cut(iso: f64) -> Cut<Self> {
@@ -142,6 +157,15 @@ impl Scalar for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
+    }
+
+    fn to_label(self) -> Result<Option<i128>, f64> {
+        // Beyond 64 bits they are no names, infinities among them.
+        match self {
+            _ if self.is_nan() => Ok(None),
+            _ if self.fract() == 0.0 && self.abs() < 1.8e19 => Ok(Some(self as i128)),
+            _ => Err(self),
+        }
     }
 
     fn cut(iso: f64) -> Cut<Self> {

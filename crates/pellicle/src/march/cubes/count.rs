@@ -7,7 +7,10 @@ use rayon::prelude::*;
 use super::{above, signs};
 use crate::{
     Error,
-    bricks::store::{Octet, Store, grow},
+    bricks::{
+        marks::Marks,
+        store::{Octet, Store, grow},
+    },
     lattice::morton,
     march::tables::COUNTS,
     math::{
@@ -100,11 +103,11 @@ impl Counted {
         self.first[octet as usize] as usize..self.first[octet as usize + 1] as usize
     }
 
-    /// Counts the crossings and triangles of all filled bricks.
+    /// Counts the crossings and triangles of all filled bricks, as far as marks let them take part.
     ///
     /// # Errors
     /// [`Error::Count`] when the vertices exceed `u32`.
-    pub(crate) fn count(&mut self, unit: Unit, store: &Store<1>) -> Result<(), Error> {
+    pub(crate) fn count(&mut self, unit: Unit, store: &Store<1>, marks: &Marks) -> Result<(), Error> {
         let n = store.octets.len();
         self.first.clear();
         self.first.push(0);
@@ -119,7 +122,7 @@ impl Counted {
         let data = (&mut self.crossings[..store.len()], PerItem(&mut self.triangles[..groups * GROUP], GROUP));
         for_each_part(0..groups, data, &start, &|group, (crossings, triangles): (&mut [_], PerItem<'_, _>)| {
             let octets = &store.octets[group * GROUP..n.min((group + 1) * GROUP)];
-            unit.run(CountOctets { store, octets, crossings, triangles: triangles.0 });
+            unit.run(CountOctets { store, marks, octets, crossings, triangles: triangles.0 });
         });
         self.order.clear();
         self.order.extend(store.octets.iter().enumerate().map(|(i, octet)| (morton(octet.at), i as u32)));
@@ -157,6 +160,7 @@ const GROUP: usize = 16;
 /// Crossings of some octets' bricks, and the number of triangles of each octet.
 struct CountOctets<'a> {
     store: &'a Store<1>,
+    marks: &'a Marks,
     octets: &'a [Octet],
     crossings: &'a mut [Crossings],
     triangles: &'a mut [u32],
@@ -179,9 +183,10 @@ impl Kernel for CountOctets<'_> {
                 if crossed == 0 {
                     continue;
                 }
-                crossings.edges = [1, 2, 4].map(|c| corners[0] ^ corners[c]);
+                let mark = self.marks.of(octet, brick);
+                crossings.edges = [0, 1, 2].map(|axis| (corners[0] ^ corners[1 << axis]) & mark.edges[axis]);
                 let cases = cases(&corners);
-                for cell in ones(crossed) {
+                for cell in ones(crossed & mark.cells) {
                     *triangles += u32::from(COUNTS[usize::from(cases[cell / 8][cell % 8])]);
                 }
             }

@@ -8,7 +8,10 @@ use super::{
     signs,
 };
 use crate::{
-    bricks::store::{Octet, Store},
+    bricks::{
+        marks::Marks,
+        store::{Octet, Store},
+    },
     fill::{brick_origin, walled::WallLattice},
     lattice::{BRICK, Coord, OCTET},
     lookup::directory::Cursor,
@@ -163,6 +166,7 @@ impl Ranks {
 /// Writes the triangles of one octet.
 pub(crate) struct Triangles<'a> {
     pub(crate) store: &'a Store<1>,
+    pub(crate) marks: &'a Marks,
     pub(crate) counted: &'a Counted,
     pub(crate) part: Part,
     pub(crate) to: &'a mut [[u32; 3]],
@@ -179,7 +183,7 @@ impl Kernel for Triangles<'_> {
         for brick in ones(octet.filled.into()) {
             let Some(signs) = signs(self.store, &above, brick) else { continue };
             let corners = corner_sets(&signs);
-            let crossed = crossed_cells(&corners);
+            let crossed = crossed_cells(&corners) & self.marks.of(octet, brick).cells;
             if crossed == 0 {
                 continue;
             }

@@ -11,6 +11,9 @@
 //! classifies and counts, sums give every octet its place, [`emit`] writes there. Bricks come octet by octet in Morton
 //! order, vertices by axis and node, triangles by cell.
 //!
+//! Where only some cells may take part ([`Marks`](crate::bricks::marks::Marks)), the others' bits are cleared, and those of edges
+//! that none of their cells has; the rest is the same.
+//!
 //! Source: Lorensen & Cline 1987; counting before writing is Schroeder, Maynard, Geveci, Flying Edges, 2015, with one
 //! word of bits in place of a row.
 

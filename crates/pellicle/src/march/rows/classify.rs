@@ -29,6 +29,11 @@ impl Signs {
         Self { words, isos, bits: filled(0, shape.rows() * words * isos) }
     }
 
+    /// Those of `words` words a row for one isovalue.
+    pub(super) fn of_bits(words: usize, bits: Vec<u64>) -> Self {
+        Self { words, isos: 1, bits }
+    }
+
     /// Words of one row for all isovalues together.
     pub(crate) fn words_per_row(&self) -> usize {
         self.words * self.isos

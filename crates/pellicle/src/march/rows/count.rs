@@ -27,11 +27,19 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// Counts the rows from `first_row` on for one isovalue; those before it count as empty.
+    /// Counts the rows from `first_row` on for one isovalue; those before it count as empty. Vertices are numbered from
+    /// `first_vertex` on.
     ///
     /// # Errors
     /// [`Error::Count`] when the vertices exceed `u32`.
-    pub(crate) fn new(unit: Unit, grid: &dyn Rows, signs: &Signs, iso: Iso, first_row: usize) -> Result<Self, Error> {
+    pub(crate) fn new(
+        unit: Unit,
+        grid: &dyn Rows,
+        signs: &Signs,
+        iso: Iso,
+        first_row: usize,
+        first_vertex: u32,
+    ) -> Result<Self, Error> {
         let shape = grid.shape();
         let mut places = vec![Place::default(); shape.rows() + 1];
         let last = shape.rows();
@@ -42,13 +50,13 @@ impl Counted {
             unit.run(CountRows { grid, signs, iso, rows, to });
         });
         let mut counted = Self { places };
-        counted.sum()?;
+        counted.sum(first_vertex)?;
         Ok(counted)
     }
 
     /// Turns counts into places.
-    fn sum(&mut self) -> Result<(), Error> {
-        let (mut vertices, mut triangles) = (0u64, 0u64);
+    fn sum(&mut self, first_vertex: u32) -> Result<(), Error> {
+        let (mut vertices, mut triangles) = (u64::from(first_vertex), 0u64);
         for place in &mut self.places {
             let counts = std::mem::take(place);
             for (start, count) in place.vertices.iter_mut().zip(counts.vertices) {
@@ -63,6 +71,11 @@ impl Counted {
             return Err(Error::Count { what: "vertices", needed: vertices, available: u32::MAX.into() });
         }
         Ok(())
+    }
+
+    /// Bytes of the places of so many rows.
+    pub(crate) fn bytes(rows: usize) -> u64 {
+        (rows as u64 + 1) * size_of::<Place>() as u64
     }
 
     /// Where a row begins; `rows` is the end.

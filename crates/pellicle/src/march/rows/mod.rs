@@ -18,13 +18,17 @@
 //! there. A case number is bit n of the eight corner sets at once ([`Simd::bits_at`](crate::math::simd::Simd::bits_at)): a
 //! row has few crossed cells, so transposing all 64, as bricks do, would not pay.
 //!
+//! Where samples come from is behind [`Rows`]: a [`Grid`] that the caller holds, or a [`function`] that is asked.
+//!
 //! Source: Lorensen & Cline 1987, Marching Cubes; counting before writing row by row is Schroeder, Maynard, Geveci, Flying
 //! Edges: A High-Performance Scalable Isocontouring Algorithm, 2015; words of bits and ranks by population count in place
 //! of its rows of bytes and running numbers are this project's.
 
 pub(crate) mod classify;
 pub(crate) mod count;
+pub(crate) mod function;
 pub(crate) mod normals;
+pub(crate) mod runs;
 pub(crate) mod soup;
 pub(crate) mod triangles;
 pub(crate) mod vertices;
@@ -67,8 +71,10 @@ pub(crate) struct Shape {
     pub(crate) pad: [usize; 3],
     /// Step in the world along each axis.
     pub(crate) directions: [[f64; 3]; 3],
-    /// Slabs of samples of the whole volume before this window's first.
+    /// Slabs of the whole volume before this window's first: of samples, or, where `pad` counts them along, of nodes.
     pub(crate) slabs_before: usize,
+    /// Whether triangles of the tables must be turned round.
+    pub(crate) is_left_handed: bool,
 }
 
 impl Shape {
@@ -80,11 +86,6 @@ impl Shape {
     /// Number of rows.
     pub(crate) fn rows(&self) -> usize {
         self.nodes[1] * self.nodes[2]
-    }
-
-    /// Whether triangles of the tables must be turned round.
-    pub(crate) fn is_left_handed(&self) -> bool {
-        determinant(self.directions) < 0.0
     }
 
     /// Bits of word `w` whose node has a next one in the row: the places of x edges and cells.
@@ -132,12 +133,14 @@ impl<'a, T: Scalar> Grid<'a, T> {
         axes.sort_by_key(|&a| volume.strides()[a].unsigned_abs());
         let dims = axes.map(|a| volume.dims()[a]);
         let pad = usize::from(volume.border() == Border::Closed);
+        let directions = axes.map(|a| volume.directions()[a]);
         Self {
             shape: Shape {
                 nodes: dims.map(|d| d + 2 * pad),
                 pad: [pad; 3],
-                directions: axes.map(|a| volume.directions()[a]),
+                directions,
                 slabs_before: 0,
+                is_left_handed: determinant(directions) < 0.0,
             },
             samples,
             mask: volume.mask(),
@@ -156,8 +159,8 @@ impl<'a, T: Scalar> Grid<'a, T> {
             shape: Shape {
                 nodes: [whole.nodes[0], whole.nodes[1], low + slabs + high],
                 pad: [whole.pad[0], whole.pad[1], low],
-                directions: whole.directions,
                 slabs_before: before,
+                ..*whole
             },
             samples,
             mask: None,
@@ -211,6 +214,17 @@ impl<T: Scalar> Row<'_, T> {
         if x < self.len { self.samples.get(self.element(x)) } else { None }
     }
 
+    /// The same, unless the mask says that it is absent.
+    #[inline(always)]
+    pub(crate) fn present(&self, i: usize) -> Option<T> {
+        let x = i.wrapping_sub(self.pad);
+        if x >= self.len {
+            return None;
+        }
+        let element = self.element(x);
+        if self.mask.is_some_and(|present| !present[element]) { None } else { Some(self.samples[element]) }
+    }
+
     /// Value of lattice node `i` minus the isovalue: [`ABSENT`] where it is absent, and never further from 0 than that.
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> f64 {
@@ -234,6 +248,17 @@ pub(crate) trait Rows: Sync {
     /// Relative values of the eight corners of the cell whose lowest node is given.
     fn corners(&self, node: [usize; 3], iso: f64) -> [f64; 8];
 
+    /// Place of a vertex at part `t` of the edge from a node along an axis; `start` is that of the node's row.
+    fn on_edge(&self, start: &[f64; 3], [i, ..]: [usize; 3], axis: usize, t: f64) -> [f32; 3] {
+        let d = &self.shape().directions;
+        vertices::place(start, i as i32, &d[0], t, &d[axis])
+    }
+
+    /// Place of a vertex within the cell whose lowest node is given; `start` is that of the node's row.
+    fn in_cell(&self, start: &[f64; 3], [i, ..]: [usize; 3], at: [f64; 3]) -> [f32; 3] {
+        self.shape().in_cell(start, i, at)
+    }
+
     /// See [`classify::Classify`].
     fn classify(&self, task: classify::Classify<'_>);
 
@@ -242,9 +267,6 @@ pub(crate) trait Rows: Sync {
 
     /// See [`normals::Normals`].
     fn normals(&self, task: normals::Normals<'_>);
-
-    /// See [`soup::Soup`].
-    fn soup(&self, task: soup::Soup<'_>);
 }
 
 impl<T: Scalar> Rows for Grid<'_, T> {
@@ -265,11 +287,8 @@ impl<T: Scalar> Rows for Grid<'_, T> {
     fn vertices(&self, task: vertices::Vertices<'_>) {
         task.unit.run(vertices::Typed { grid: self, task });
     }
-    fn normals(&self, task: normals::Normals<'_>) {
-        task.run(self);
-    }
 
-    fn soup(&self, task: soup::Soup<'_>) {
+    fn normals(&self, task: normals::Normals<'_>) {
         task.run(self);
     }
 }

@@ -5,13 +5,11 @@
 use std::ops::Range;
 
 use super::{
-    Grid, Iso, Rows,
+    Iso, Rows,
     classify::Signs,
     count::{Cases, corner_words, four_rows},
-    vertices::place,
 };
 use crate::{
-    field::volume::Scalar,
     march::{
         cubes::count::crossed_cells,
         resolve::{crossing, inner_place},
@@ -30,9 +28,9 @@ pub(crate) struct Soup<'a> {
 }
 
 impl Soup<'_> {
-    pub(super) fn run<T: Scalar>(self, grid: &Grid<'_, T>) {
-        let shape = &grid.shape;
-        let flip = shape.is_left_handed();
+    pub(crate) fn run(self, grid: &dyn Rows) {
+        let shape = grid.shape();
+        let flip = shape.is_left_handed;
         for row in self.rows {
             let [Some(own), Some(y), Some(z), Some(yz)] = four_rows(shape, self.signs, self.iso.number, row) else {
                 continue;
@@ -43,22 +41,22 @@ impl Soup<'_> {
                 let corners = corner_words(&[own, y, z, yz], w);
                 let mut cells = Cases::new(Portable, &corners, crossed_cells(&corners) & shape.with_next(w));
                 while let Some((cell, case)) = cells.next() {
-                    let i = 64 * w + cell;
-                    let values = grid.corners([i, row % ny, row / ny], self.iso.value);
+                    let (i, j, k) = (64 * w + cell, row % ny, row / ny);
+                    let values = grid.corners([i, j, k], self.iso.value);
                     let mut at = [[0.0f32; 3]; 16];
                     let entry = &CASES[usize::from(case)];
                     for edge in ones(entry.edges.into()) {
                         let low = edge_corner(edge);
                         let t = crossing(values[low], values[low | 1 << (edge / 4)]);
-                        let step = shape.directions[edge / 4];
-                        at[edge] = place(&starts[low >> 1], (i + (low & 1)) as i32, &shape.directions[0], t, &step);
+                        let node = [i + (low & 1), j + (low >> 1 & 1), k + (low >> 2)];
+                        at[edge] = grid.on_edge(&starts[low >> 1], node, edge / 4, t);
                     }
                     let (mut triangles, mut len) = (&entry.triangles[..], usize::from(entry.len));
                     let resolved;
                     if self.iso.is_hard(case) {
                         resolved = self.iso.resolve(grid, row, i, case);
                         for (n, &edges) in resolved.inner[..resolved.inner_len].iter().enumerate() {
-                            at[12 + n] = shape.in_cell(&starts[0], i, inner_place(edges, &values));
+                            at[12 + n] = grid.in_cell(&starts[0], [i, j, k], inner_place(edges, &values));
                         }
                         (triangles, len) = (&resolved.triangles[..], resolved.len);
                     }

@@ -94,7 +94,7 @@ impl Kernel for Triangles<'_> {
     fn run<S: Simd>(self, s: S) {
         let Self { grid, signs, counted, iso, to, .. } = self;
         let shape = grid.shape();
-        let flip = shape.is_left_handed();
+        let flip = shape.is_left_handed;
         let table = &LANES_OF[usize::from(flip)];
         let (to, mut written) = (to.as_flattened_mut(), 0);
         for row in self.rows {

@@ -168,8 +168,8 @@ pub(super) fn place(start: &[f64; 3], i: i32, along: &[f64; 3], t: f64, step: &[
 }
 
 /// Writes the inner vertices of a row of cells.
-fn write_inner<T: Scalar>(grid: &Grid<'_, T>, iso: Iso, row: usize, rows: &[&[u64]; 4], to: &mut &mut [[f32; 3]]) {
-    let shape = &grid.shape;
+pub(super) fn write_inner(grid: &dyn Rows, iso: Iso, row: usize, rows: &[&[u64]; 4], to: &mut &mut [[f32; 3]]) {
+    let shape = grid.shape();
     let start = shape.row_start(row);
     for w in 0..rows[0].len() {
         let corners = corner_words(rows, w);
@@ -183,7 +183,7 @@ fn write_inner<T: Scalar>(grid: &Grid<'_, T>, iso: Iso, row: usize, rows: &[&[u6
             for &edges in &resolved.inner[..resolved.inner_len] {
                 let Some(to) = to.split_off_first_mut() else { return };
                 let node = [i, row % shape.nodes[1], row / shape.nodes[1]];
-                *to = shape.in_cell(&start, i, inner_place(edges, &grid.corners(node, iso.value)));
+                *to = grid.in_cell(&start, node, inner_place(edges, &grid.corners(node, iso.value)));
             }
         }
     }

@@ -188,6 +188,14 @@ impl<S: Cubic> Source for Boxed<S> {
         self.cube(site, self.first(brick).map(|c| c + low), side, to);
     }
 
+    fn is_anywhere(&self) -> bool {
+        S::ANYWHERE
+    }
+
+    fn values_at(&self, places: &[[f64; 3]], to: &mut [f64]) {
+        self.samples.at(places, to);
+    }
+
     fn presence(&self, brick: usize) -> Presence {
         let first = self.first(brick);
         // Away from the border of an open box, and everywhere in a closed one.
@@ -205,7 +213,8 @@ impl<S: Cubic> Source for Boxed<S> {
     }
 
     fn is_inner(&self, site: usize, cell: Coord) -> bool {
-        (0..3).all(|a| (1..self.nodes[a] - 1 - site as i32).contains(&cell[a]))
+        // Beyond a closed border nodes are absent but where they belong.
+        !self.is_open || (0..3).all(|a| (1..self.nodes[a] - 1 - site as i32).contains(&cell[a]))
     }
 
     fn position(&self, site: usize, cell: Coord) -> [f64; 3] {

@@ -5,9 +5,10 @@
 use rayon::prelude::*;
 
 use super::{
+    clusters::{Claims, Clusters},
     source::{Presence, Source},
     splits::{Node, Split},
-    tables::CASES,
+    tables::{CASES, CORNER_SLOT, Case, ENDS},
 };
 use crate::{
     Control, Error,
@@ -48,10 +49,10 @@ pub(crate) fn set<const SITES: usize>(sets: &Sets<SITES>, node: Node) -> u64 {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part<const SITES: usize, const EDGES: usize> {
     pub(crate) brick: u32,
-    /// Crossed edges of each kind, those at snapped nodes left out.
+    /// Crossed edges of each kind, those that belong to a cluster left out.
     pub(crate) edges: [u64; EDGES],
-    /// Snapped nodes of each site.
-    pub(crate) snapped: [u64; SITES],
+    /// Nodes of each site that have a cluster.
+    pub(crate) clusters: [u64; SITES],
     /// Number of the first vertex, and of the first triangle.
     pub(crate) first_vertex: u32,
     pub(crate) first_triangle: u64,
@@ -59,15 +60,13 @@ pub(crate) struct Part<const SITES: usize, const EDGES: usize> {
 
 impl<const SITES: usize, const EDGES: usize> Part<SITES, EDGES> {
     fn vertices(&self) -> u64 {
-        self.edges.iter().chain(&self.snapped).map(|set| u64::from(set.count_ones())).sum()
+        self.edges.iter().chain(&self.clusters).map(|set| u64::from(set.count_ones())).sum()
     }
 }
 
-/// Signs of all bricks of a source, and the nodes that are snapped.
+/// Signs of all bricks of a source.
 pub(crate) struct Signs<const SITES: usize> {
     pub(crate) inside: Vec<[u64; SITES]>,
-    /// As many, or none.
-    pub(crate) snapped: Vec<[u64; SITES]>,
 }
 
 impl<const SITES: usize> Signs<SITES> {
@@ -81,7 +80,7 @@ impl<const SITES: usize> Signs<SITES> {
                 }
             }
         });
-        Self { inside, snapped: Vec::new() }
+        Self { inside }
     }
 
     /// Signs at the eight offsets of a brick's cells; `None` when all are alike.
@@ -94,20 +93,6 @@ impl<const SITES: usize> Signs<SITES> {
         });
         let (any, all) = bricks.iter().flatten().fold((0, u64::MAX), |(any, all), set| (any | set, all & set));
         (any != 0 && all != u64::MAX)
-            .then(|| std::array::from_fn(|site| corner_sets(&std::array::from_fn(|c| bricks[c][site]))))
-    }
-
-    /// Snapped nodes at the eight offsets of a brick's cells; `None` when there is none.
-    pub(crate) fn snapped_sets(&self, source: &dyn Source, brick: usize) -> Option<Sets<SITES>> {
-        if self.snapped.is_empty() {
-            return None;
-        }
-        let bricks: [[u64; SITES]; 8] =
-            std::array::from_fn(|c| above(source, brick, c).map_or([0; SITES], |other| self.snapped[other]));
-        bricks
-            .iter()
-            .flatten()
-            .any(|&set| set != 0)
             .then(|| std::array::from_fn(|site| corner_sets(&std::array::from_fn(|c| bricks[c][site]))))
     }
 }
@@ -167,20 +152,22 @@ fn mixed<const SITES: usize>(sets: &Sets<SITES>, corners: &[Node; 4]) -> (u64, u
 }
 
 /// What counting and writing know of one brick.
-pub(crate) struct Brick<const SITES: usize, const TETS: usize> {
+pub(crate) struct Brick<'a, const SITES: usize, const EDGES: usize, const TETS: usize> {
     pub(crate) signs: Sets<SITES>,
-    pub(crate) snapped: Option<Sets<SITES>>,
+    /// Of the brick and those above it, where there are clusters.
+    pub(crate) claims: Option<[Option<&'a Claims<SITES, EDGES>>; 8]>,
     /// For each tetrahedron, the cells where it has both signs and takes part.
     pub(crate) mixed: [u64; TETS],
     /// Cells of even parity.
     pub(crate) even: u64,
 }
 
-/// A counted surface. Vertices by kind of edge and cell, then snapped nodes; triangles by cell and tetrahedron; bricks in
+/// A counted surface. Vertices by kind of edge and cell, then those of clusters by site and cell; triangles by cell and tetrahedron; bricks in
 /// Morton order.
 pub(crate) struct Counted<const SITES: usize, const EDGES: usize, const TETS: usize> {
     pub(crate) split: &'static Split<SITES, EDGES, TETS>,
     pub(crate) signs: Signs<SITES>,
+    pub(crate) clusters: Clusters<SITES, EDGES>,
     /// With an end that holds the totals.
     pub(crate) parts: Vec<Part<SITES, EDGES>>,
     /// The part of each brick.
@@ -196,9 +183,10 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
         source: &dyn Source,
         split: &'static Split<SITES, EDGES, TETS>,
         signs: Signs<SITES>,
+        clusters: Clusters<SITES, EDGES>,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
-        let mut counted = Self { split, signs, parts: Vec::new(), slots: vec![NONE; source.bricks()] };
+        let mut counted = Self { split, signs, clusters, parts: Vec::new(), slots: vec![NONE; source.bricks()] };
         let found: Vec<Vec<(Part<SITES, EDGES>, u64)>> = (0..source.bricks().div_ceil(GROUP))
             .into_par_iter()
             .map(|group| {
@@ -227,9 +215,13 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
     }
 
     /// Signs and crossed tetrahedra of a brick; `None` where nothing is crossed.
-    pub(crate) fn brick(&self, source: &dyn Source, brick: usize) -> Option<(Brick<SITES, TETS>, [u64; EDGES])> {
+    pub(crate) fn brick(
+        &self,
+        source: &dyn Source,
+        brick: usize,
+    ) -> Option<(Brick<'_, SITES, EDGES, TETS>, [u64; EDGES])> {
         let signs = self.signs.sets(source, brick)?;
-        let snapped = self.signs.snapped_sets(source, brick);
+        let claims = self.clusters.above(source, brick);
         let even = even_cells(source.first(brick));
         let present = Present::of(source, brick);
         let by_parity = |work: &dyn Fn(usize) -> u64| (work(0) & even) | (work(1) & !even);
@@ -240,31 +232,31 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
                 mixed(&signs, corners).0 & present_of(corners)
             })
         });
+        let own = self.clusters.of(brick);
         let edges = std::array::from_fn(|kind| {
             by_parity(&|parity| {
                 let ends = self.split.edges[parity][kind];
-                let free =
-                    snapped.as_ref().map_or(u64::MAX, |snapped| !(set(snapped, ends[0]) | set(snapped, ends[1])));
+                let free = own.map_or(u64::MAX, |own| !(own.ends[0][kind] | own.ends[1][kind]));
                 (set(&signs, ends[0]) ^ set(&signs, ends[1])) & free & present_of(&ends)
             })
         });
-        Some((Brick { signs, snapped, mixed, even }, edges))
+        Some((Brick { signs, claims, mixed, even }, edges))
     }
 
     fn count(&self, source: &dyn Source, index: usize) -> Option<(Part<SITES, EDGES>, u64)> {
-        let own_snapped = self.signs.snapped.get(index).copied().unwrap_or([0; SITES]);
+        let clusters = self.clusters.of(index).map_or([0; SITES], |own| own.nodes);
         let (edges, triangles) = match self.brick(source, index) {
-            Some((brick, edges)) if brick.snapped.is_some() => (edges, self.count_snapped(&brick)),
+            Some((brick, edges)) if brick.claims.is_some() => (edges, self.count_merged(&brick)),
             Some((brick, edges)) => (edges, self.count_plain(&brick)),
-            // A snapped node's crossed edges may all lead to bricks below.
+            // A cluster's crossed edges may all lead to bricks below.
             None => ([0; EDGES], 0),
         };
-        let part = Part { brick: index as u32, edges, snapped: own_snapped, first_vertex: 0, first_triangle: 0 };
+        let part = Part { brick: index as u32, edges, clusters, first_vertex: 0, first_triangle: 0 };
         (part.vertices() > 0 || triangles > 0).then_some((part, triangles))
     }
 
     /// A mixed tetrahedron has one triangle, and another where the signs are two and two.
-    fn count_plain(&self, brick: &Brick<SITES, TETS>) -> u64 {
+    fn count_plain(&self, brick: &Brick<'_, SITES, EDGES, TETS>) -> u64 {
         let mut triangles = 0;
         for (t, &mixed_cells) in brick.mixed.iter().enumerate() {
             let quads = |parity: usize| mixed(&brick.signs, &self.split.tetrahedra[parity][t].corners).1;
@@ -274,11 +266,11 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
         triangles
     }
 
-    fn count_snapped(&self, brick: &Brick<SITES, TETS>) -> u64 {
+    fn count_merged(&self, brick: &Brick<'_, SITES, EDGES, TETS>) -> u64 {
         let mut triangles = 0;
         for (t, &mixed_cells) in brick.mixed.iter().enumerate() {
             for cell in ones(mixed_cells) {
-                triangles += u64::from(CASES[brick.case(self.split, t, cell)].len);
+                triangles += u64::from(brick.case(self.split, t, cell).len);
             }
         }
         triangles
@@ -301,7 +293,7 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
         self.parts.push(Part {
             brick: NONE,
             edges: [0; EDGES],
-            snapped: [0; SITES],
+            clusters: [0; SITES],
             first_vertex: vertices as u32,
             first_triangle: triangles,
         });
@@ -309,14 +301,41 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
     }
 }
 
-impl<const SITES: usize, const TETS: usize> Brick<SITES, TETS> {
-    /// Case of a cell's tetrahedron number `t`.
+/// For each cell and offset: the brick above that the cell at that offset lies in (bits 6..), and its number there.
+pub(crate) static ABOVE: [[u16; 8]; 64] = {
+    let mut table = [[0; 8]; 64];
+    let mut cell = 0;
+    while cell < 64 {
+        let mut c = 0;
+        while c < 8 {
+            let at = [(cell & 3) + (c & 1), (cell >> 2 & 3) + (c >> 1 & 1), (cell >> 4) + (c >> 2)];
+            let brick = at[0] >> 2 | (at[1] >> 2) << 1 | (at[2] >> 2) << 2;
+            table[cell][c] = (brick << 6 | at[0] & 3 | (at[1] & 3) << 2 | (at[2] & 3) << 4) as u16;
+            c += 1;
+        }
+        cell += 1;
+    }
+    table
+};
+
+impl<const SITES: usize, const EDGES: usize, const TETS: usize> Brick<'_, SITES, EDGES, TETS> {
+    /// Case of a cell's tetrahedron number `t`, with clusters in the place of their crossings.
     #[inline(always)]
-    pub(crate) fn case<const EDGES: usize>(&self, split: &Split<SITES, EDGES, TETS>, t: usize, cell: usize) -> usize {
-        let corners = split.tetrahedra[self.parity(cell)][t].corners;
-        let bits =
-            |sets: &Sets<SITES>| (0..4).fold(0, |bits, c| bits | (set(sets, corners[c]) >> cell & 1) << c) as usize;
-        bits(&self.signs) | self.snapped.as_ref().map_or(0, bits) << 4
+    pub(crate) fn case(&self, split: &Split<SITES, EDGES, TETS>, t: usize, cell: usize) -> Case {
+        let tetrahedron = &split.tetrahedra[self.parity(cell)][t];
+        let signs = (0..4).fold(0, |bits, c| bits | (set(&self.signs, tetrahedron.corners[c]) >> cell & 1) << c);
+        let case = CASES[signs as usize];
+        let Some(claims) = &self.claims else { return case };
+        let mut slots = [0, 1, 2, 3, 4, 5];
+        for (edge, (to, ends)) in tetrahedron.edges.iter().zip(slots.iter_mut().zip(ENDS)) {
+            let owner = ABOVE[cell][usize::from(edge.owner)];
+            let end = claims[usize::from(owner >> 6)]
+                .and_then(|claims| claims.end(edge.kind.into(), usize::from(owner & 63)));
+            if let Some(end) = end {
+                *to = (CORNER_SLOT + ends[end ^ usize::from(edge.is_reversed)]) as u8;
+            }
+        }
+        case.merged(&slots)
     }
 
     /// 0 for an even cell, 1 for an odd one.

@@ -3,11 +3,11 @@
 //! Source: this project; see [`super`].
 
 use super::{
-    count::{Brick, Counted, GROUP, NONE, above, even_cells},
-    regular::Moves,
-    source::{ABSENT, Source},
+    count::{ABOVE, Brick, Counted, GROUP, NONE, above, even_cells},
+    crossing::{Crossing, refine},
+    source::Source,
     splits::Node,
-    tables::{CASES, CORNER_SLOT},
+    tables::CORNER_SLOT,
 };
 use crate::{
     lattice::Coord,
@@ -16,31 +16,6 @@ use crate::{
 
 /// Nodes along an axis that a brick's edges reach.
 const SIDE: usize = 5;
-
-/// For each cell and offset: the brick above that the cell at that offset lies in (bits 6..), and its number there.
-static ABOVE: [[u16; 8]; 64] = {
-    let mut table = [[0; 8]; 64];
-    let mut cell = 0;
-    while cell < 64 {
-        let mut c = 0;
-        while c < 8 {
-            let at = [(cell & 3) + (c & 1), (cell >> 2 & 3) + (c >> 1 & 1), (cell >> 4) + (c >> 2)];
-            let brick = at[0] >> 2 | (at[1] >> 2) << 1 | (at[2] >> 2) << 2;
-            table[cell][c] = (brick << 6 | at[0] & 3 | (at[1] & 3) << 2 | (at[2] & 3) << 4) as u16;
-            c += 1;
-        }
-        cell += 1;
-    }
-    table
-};
-
-/// Where on an edge between relative values, one above 0 and one not, the surface crosses it.
-#[inline(always)]
-fn part(a: f64, b: f64) -> f64 {
-    // Values so large that their difference is not finite meet in the middle.
-    let t = a / (a - b);
-    if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 }
-}
 
 /// Values of a brick's nodes and of those that its edges reach, by site.
 struct Block<const SITES: usize> {
@@ -63,16 +38,6 @@ impl<const SITES: usize> Block<SITES> {
         let position = source.position(site, std::array::from_fn(|a| self.first[a] + at[a] as i32));
         (site, position, self.values[site][at[0] + SIDE * (at[1] + SIDE * at[2])])
     }
-
-    /// Where the edge between two nodes of a cell is crossed, in units of cells.
-    fn crossing(&self, source: &dyn Source, cell: usize, ends: [Node; 2]) -> [f64; 3] {
-        let [mut a, mut b] = ends.map(|node| self.node(source, cell, node));
-        if a.2 <= b.2 {
-            std::mem::swap(&mut a, &mut b);
-        }
-        let t = if b.2 == ABSENT { source.end((a.0, a.1), (b.0, b.1)) } else { part(a.2, b.2) };
-        std::array::from_fn(|i| a.1[i] + t * (b.1[i] - a.1[i]))
-    }
 }
 
 impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, EDGES, TETS> {
@@ -86,26 +51,30 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
     }
 
     /// Writes all vertices, in parallel.
-    pub(crate) fn write_vertices(&self, source: &dyn Source, moves: &Moves, to: &mut [[f32; 3]]) {
+    pub(crate) fn write_vertices(&self, source: &dyn Source, to: &mut [[f32; 3]]) {
         let start = |group: usize| self.parts[self.first_of(group)].first_vertex as usize;
         for_each_part(0..self.groups(), to, &start, &|group, to: &mut [[f32; 3]]| {
             let mut block = Block { first: [0; 3], values: [[0.0; SIDE * SIDE * SIDE]; SITES] };
+            let mut crossings = Vec::new();
             let mut to = to.iter_mut();
             for part in &self.parts[self.first_of(group)..self.first_of(group + 1)] {
                 let brick = part.brick as usize;
                 block.load(source, brick);
                 let even = even_cells(block.first);
+                crossings.clear();
                 for (kind, &cells) in part.edges.iter().enumerate() {
-                    for (cell, to) in ones(cells).zip(&mut to) {
-                        let ends = self.split.edges[(!even >> cell & 1) as usize][kind];
-                        *to = source.place(block.crossing(source, cell, ends)).map(|v| v as f32);
+                    for cell in ones(cells) {
+                        let [a, b] = self.split.edges[(!even >> cell & 1) as usize][kind];
+                        let (a, b) = (block.node(source, cell, a), block.node(source, cell, b));
+                        crossings.push(Crossing::between(source, a, b));
                     }
                 }
-                for (site, &cells) in part.snapped.iter().enumerate() {
-                    for (cell, to) in ones(cells).zip(&mut to) {
-                        let at = moves.position(source, brick, site, cell);
-                        *to = source.place(at).map(|v| v as f32);
-                    }
+                refine(source, &mut crossings);
+                for (crossing, to) in crossings.iter().zip(&mut to) {
+                    *to = source.place(crossing.place()).map(|v| v as f32);
+                }
+                for (&at, to) in self.clusters.positions(brick).iter().zip(&mut to) {
+                    *to = source.place(at).map(|v| v as f32);
                 }
             }
         });
@@ -135,7 +104,7 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
     #[inline(always)]
     fn write_tetrahedron<'a>(
         &self,
-        brick: &Brick<SITES, TETS>,
+        brick: &Brick<'_, SITES, EDGES, TETS>,
         numbers: &Numbers<SITES, EDGES>,
         t: usize,
         cell: usize,
@@ -143,7 +112,7 @@ impl<const SITES: usize, const EDGES: usize, const TETS: usize> Counted<SITES, E
         to: &mut impl Iterator<Item = &'a mut [u32; 3]>,
     ) {
         let tetrahedron = &self.split.tetrahedra[brick.parity(cell)][t];
-        let case = &CASES[brick.case(self.split, t, cell)];
+        let case = brick.case(self.split, t, cell);
         let vertex = |slot: u8| {
             let slot = usize::from(slot);
             if slot < CORNER_SLOT {
@@ -177,7 +146,7 @@ impl<const SITES: usize, const EDGES: usize> Numbers<SITES, EDGES> {
             }
             let part = &counted.parts[slot as usize];
             let mut first = part.first_vertex;
-            let sets = part.edges.iter().chain(&part.snapped);
+            let sets = part.edges.iter().chain(&part.clusters);
             for (to, &set) in numbers.edges[c].iter_mut().chain(&mut numbers.nodes[c]).zip(sets) {
                 *to = (set, first);
                 first += set.count_ones();
@@ -192,7 +161,7 @@ impl<const SITES: usize, const EDGES: usize> Numbers<SITES, EDGES> {
         rank(self.edges[usize::from(owner >> 6)][kind], owner)
     }
 
-    /// Number of a snapped node.
+    /// Number of the vertex of a node's cluster.
     #[inline(always)]
     fn node(&self, owner: u16, site: usize) -> u32 {
         rank(self.nodes[usize::from(owner >> 6)][site], owner)

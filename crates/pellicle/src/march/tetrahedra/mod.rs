@@ -3,10 +3,10 @@
 //! ```text
 //! source     bricks of samples: a volume, a function, a sheared lattice            source, boxed, sheared
 //! signs      one u64 a brick and site                                              count
-//! snapped    (regularised only) nodes that are moved onto the surface              regular
+//! clusters   (regularised only) crossings near a node that share one vertex        choose, regular, clusters
 //! crossings  for each kind of edge: sets of its two ends, exclusive-or             count, splits
 //! number     first of the brick + crossings of lower kinds + rank among the bits   emit
-//! case       four bits of signs, four of snapped                                   tables
+//! case       four bits of signs                                                    tables
 //! ```
 //!
 //! As in marching cubes a vertex *is* a crossed edge and its number comes from counting, so that vertices are shared without a
@@ -19,20 +19,25 @@
 //! [`crate::march::cubes`].
 
 pub(crate) mod boxed;
+mod choose;
+mod clusters;
 pub(crate) mod count;
+mod crossing;
 mod emit;
 pub(crate) mod filled;
-pub(crate) mod regular;
+mod regular;
 pub(crate) mod samples;
 pub(crate) mod sheared;
 pub(crate) mod source;
 mod splits;
+mod star;
 mod tables;
 #[cfg(test)]
 mod tests;
 
+use clusters::Clusters;
 use count::{Counted, Signs};
-use regular::{Moves, regularise};
+use regular::regularise;
 use source::Source;
 use splits::{BCC, FIVE, SIX};
 
@@ -51,7 +56,7 @@ pub(crate) enum Kind {
 pub(crate) enum Surface {
     Five(Counted<1, 6, 5>),
     Six(Counted<1, 7, 6>),
-    Bcc(Counted<2, 14, 12>, Moves),
+    Bcc(Counted<2, 14, 12>),
 }
 
 /// Evaluates an expression with the counted surface, whatever its split.
@@ -60,7 +65,7 @@ macro_rules! with_counted {
         match $surface {
             Surface::Five($counted) => $body,
             Surface::Six($counted) => $body,
-            Surface::Bcc($counted, _) => $body,
+            Surface::Bcc($counted) => $body,
         }
     };
 }
@@ -76,21 +81,21 @@ impl Surface {
             Kind::Five => {
                 let signs = Signs::of(source, control);
                 control.begin(Stage::Count)?;
-                Self::Five(Counted::new(source, &FIVE, signs, control)?)
+                Self::Five(Counted::new(source, &FIVE, signs, Clusters::default(), control)?)
             }
             Kind::Six => {
                 let signs = Signs::of(source, control);
                 control.begin(Stage::Count)?;
-                Self::Six(Counted::new(source, &SIX, signs, control)?)
+                Self::Six(Counted::new(source, &SIX, signs, Clusters::default(), control)?)
             }
             Kind::Bcc | Kind::Regularised => {
-                let mut signs = Signs::of(source, control);
+                let signs = Signs::of(source, control);
                 control.begin(Stage::Count)?;
-                let moves = match kind {
-                    Kind::Regularised => regularise(source, &mut signs, control),
-                    _ => Moves::default(),
+                let clusters = match kind {
+                    Kind::Regularised => regularise(source, &signs, control),
+                    _ => Clusters::default(),
                 };
-                Self::Bcc(Counted::new(source, &BCC, signs, control)?, moves)
+                Self::Bcc(Counted::new(source, &BCC, signs, clusters, control)?)
             }
         })
     }
@@ -123,9 +128,7 @@ impl Surface {
 
     /// Writes all vertices, as offsets from the source's origin.
     pub(crate) fn write_vertices(&self, source: &dyn Source, to: &mut [[f32; 3]]) {
-        let none = Moves::default();
-        let moves = if let Self::Bcc(_, moves) = self { moves } else { &none };
-        with_counted!(self, counted => counted.write_vertices(source, moves, to));
+        with_counted!(self, counted => counted.write_vertices(source, to));
     }
 
     /// Writes all triangles.

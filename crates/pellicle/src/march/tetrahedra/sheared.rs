@@ -93,6 +93,14 @@ impl<S: Cubic> Source for Sheared<S> {
         values.iter().enumerate().fold(0, |set, (n, &v)| set | u64::from(v > 0.0) << n)
     }
 
+    fn is_anywhere(&self) -> bool {
+        self.boxed.is_anywhere()
+    }
+
+    fn values_at(&self, places: &[[f64; 3]], to: &mut [f64]) {
+        self.boxed.values_at(places, to);
+    }
+
     fn presence(&self, brick: usize) -> Presence {
         if !self.is_open {
             return Presence::ALL;

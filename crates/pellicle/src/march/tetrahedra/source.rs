@@ -40,6 +40,16 @@ pub(crate) trait Source: Sync {
     /// brick's first moved by `low` along each axis.
     fn values(&self, brick: usize, site: usize, low: i32, side: usize, to: &mut [f64]);
 
+    /// Whether there are values between nodes, too.
+    fn is_anywhere(&self) -> bool {
+        false
+    }
+
+    /// Values at places in units of cells, within the lattice, where [`is_anywhere`](Self::is_anywhere) says so.
+    fn values_at(&self, _places: &[[f64; 3]], to: &mut [f64]) {
+        to.fill(ABSENT);
+    }
+
     /// Signs of the nodes of one site.
     fn signs(&self, brick: usize, site: usize) -> u64 {
         let mut values = [0.0; 64];

@@ -29,6 +29,8 @@ pub(crate) struct Node {
 pub(crate) struct EdgeOf {
     pub(crate) kind: u8,
     pub(crate) owner: u8,
+    /// Whether it runs from the tetrahedron's later corner to the earlier one.
+    pub(crate) is_reversed: bool,
 }
 
 /// One tetrahedron of a cell, its corners in right-handed order.
@@ -177,7 +179,7 @@ const fn bcc_corners() -> [[Node; 4]; 12] {
 }
 
 /// Twice the place of a node in units of cells.
-const fn doubled(node: Node) -> [i32; 3] {
+pub(super) const fn doubled(node: Node) -> [i32; 3] {
     let (o, s) = (node.offset as i32, node.site as i32);
     [2 * (o & 1) + s, 2 * (o >> 1 & 1) + s, 2 * (o >> 2) + s]
 }
@@ -187,7 +189,7 @@ const fn complete<const EDGES: usize, const TETS: usize>(
     edges: [[[Node; 2]; EDGES]; 2],
     corners: [[[Node; 4]; TETS]; 2],
 ) -> [[Tetrahedron; TETS]; 2] {
-    let none = Tetrahedron { corners: [corner(0); 4], edges: [EdgeOf { kind: 0, owner: 0 }; 6] };
+    let none = Tetrahedron { corners: [corner(0); 4], edges: [EdgeOf { kind: 0, owner: 0, is_reversed: false }; 6] };
     let mut all = [[none; TETS]; 2];
     let mut parity = 0;
     while parity < 2 {
@@ -230,10 +232,9 @@ const fn find_edge<const EDGES: usize>(edges: &[[[Node; 2]; EDGES]; 2], parity: 
         let mut kind = 0;
         while kind < EDGES {
             let [a, b] = edges[of_owner][kind];
-            if (is_at(a, owner, ends[0]) && is_at(b, owner, ends[1]))
-                || (is_at(a, owner, ends[1]) && is_at(b, owner, ends[0]))
-            {
-                return EdgeOf { kind: kind as u8, owner: owner as u8 };
+            let is_reversed = is_at(a, owner, ends[1]) && is_at(b, owner, ends[0]);
+            if is_reversed || (is_at(a, owner, ends[0]) && is_at(b, owner, ends[1])) {
+                return EdgeOf { kind: kind as u8, owner: owner as u8, is_reversed };
             }
             kind += 1;
         }

@@ -7,11 +7,11 @@
 //! corners i, j are parted from k, l by the quadrangle ik, il, jl, jk, cut along ik–jl. (i, j, k, l) is taken as an even
 //! permutation of the corners, which turns every triangle outward.
 //!
-//! A corner may be *snapped*: then it stands for the vertices of all its crossed edges, and triangles that thereby name a
-//! slot twice vanish. No tetrahedron has snapped corners on both sides.
+//! The crossing of an edge may belong to the *cluster* of one of its ends: then that corner's slot stands for it, and
+//! triangles that thereby name a slot twice vanish.
 //!
 //! Source: the cases are those of Uralsky 2006 (after Payne & Toga, Surface mapping brain function on 3D models, 1990);
-//! snapping as vertex clustering is Treece, Prager, Gee, Regularised marching tetrahedra, 1999.
+//! clustering is Treece, Prager, Gee, Regularised marching tetrahedra, 1999.
 
 /// How one case is triangulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,16 +28,32 @@ pub(crate) const ENDS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]
 /// First slot of a corner.
 pub(crate) const CORNER_SLOT: usize = 6;
 
-/// By signs (bit c: corner c is inside) and, four bits higher, by which corners are snapped.
-pub(crate) static CASES: [Case; 256] = {
-    let mut cases = [Case { len: 0, triangles: [[0; 3]; 2] }; 256];
+/// By signs (bit c: corner c is inside).
+pub(crate) static CASES: [Case; 16] = {
+    let mut cases = [Case { len: 0, triangles: [[0; 3]; 2] }; 16];
     let mut i = 0;
-    while i < 256 {
-        cases[i] = snap(plain(i & 15), i & 15, i >> 4);
+    while i < 16 {
+        cases[i] = plain(i);
         i += 1;
     }
     cases
 };
+
+impl Case {
+    /// With what each edge's slot has become; triangles that name a slot twice are left out.
+    #[inline(always)]
+    pub(crate) fn merged(&self, slots: &[u8; 6]) -> Self {
+        let mut out = Self { len: 0, triangles: [[0; 3]; 2] };
+        for triangle in &self.triangles[..self.len.into()] {
+            let [a, b, c] = triangle.map(|edge| slots[usize::from(edge)]);
+            if a != b && b != c && c != a {
+                out.triangles[usize::from(out.len)] = [a, b, c];
+                out.len += 1;
+            }
+        }
+        out
+    }
+}
 
 /// The slot of the edge between two corners.
 const fn edge(a: usize, b: usize) -> u8 {
@@ -97,32 +113,6 @@ const fn plain(signs: usize) -> Case {
     }
 }
 
-/// Lets snapped corners stand for their crossed edges.
-const fn snap(case: Case, signs: usize, snapped: usize) -> Case {
-    let mut out = Case { len: 0, triangles: [[0; 3]; 2] };
-    let mut t = 0;
-    while t < case.len as usize {
-        let mut corners = case.triangles[t];
-        let mut i = 0;
-        while i < 3 {
-            let [a, b] = ENDS[corners[i] as usize];
-            debug_assert!(signs >> a & 1 != signs >> b & 1);
-            if snapped >> a & 1 == 1 {
-                corners[i] = (CORNER_SLOT + a) as u8;
-            } else if snapped >> b & 1 == 1 {
-                corners[i] = (CORNER_SLOT + b) as u8;
-            }
-            i += 1;
-        }
-        if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
-            out.triangles[out.len as usize] = corners;
-            out.len += 1;
-        }
-        t += 1;
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -175,18 +165,22 @@ mod tests {
     }
 
     #[test]
-    fn snapping_merges_and_drops_triangles() {
-        // Corner 0 is inside and snapped: its triangle shrinks to a point.
-        assert_eq!(CASES[1 | 1 << 4].len, 0);
-        // An outside corner snapped beside it: a triangle of its three edges stays, one of them at the corner.
-        let case = CASES[1 | 2 << 4];
+    fn merging_drops_triangles_that_shrink_and_keeps_the_others() {
+        let none = [0, 1, 2, 3, 4, 5];
+        for case in &CASES {
+            assert_eq!(case.merged(&none), *case);
+        }
+        // Corner 0 is inside and claims all: its triangle shrinks to a point; or to an edge.
+        assert_eq!(CASES[1].merged(&[6, 6, 6, 3, 4, 5]).len, 0);
+        assert_eq!(CASES[1].merged(&[6, 6, 2, 3, 4, 5]).len, 0);
+        // Its outside corner 1 claims the edge between: a triangle stays, one of its corners at corner 1.
+        let case = CASES[1].merged(&[7, 1, 2, 3, 4, 5]);
         assert_eq!((case.len, case.triangles[0]), (1, [7, 1, 2]));
-        // Both inside corners snapped: the quadrangle is an edge, which has no triangle.
-        assert_eq!(CASES[3 | 3 << 4].len, 0);
-        // One of them: a triangle.
-        assert_eq!(CASES[3 | 1 << 4].len, 1);
-        // All three outside corners snapped: the triangle of the lattice's face.
-        let case = CASES[1 | 14 << 4];
-        assert_eq!((case.len, case.triangles[0]), (1, [7, 8, 9]));
+        // Corners 0 and 1 are inside, and each claims its two: the quadrangle is an edge.
+        assert_eq!(CASES[3].merged(&[0, 6, 6, 7, 7, 5]).len, 0);
+        // One does: a triangle.
+        assert_eq!(CASES[3].merged(&[0, 6, 6, 3, 4, 5]).len, 1);
+        // Every corner claims one: the quadrangle stays, between four clusters.
+        assert_eq!(CASES[3].merged(&[0, 6, 9, 8, 7, 5]).len, 2);
     }
 }

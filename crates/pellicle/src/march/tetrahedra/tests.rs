@@ -65,7 +65,7 @@ fn random_grid(nodes: [usize; 3], seed: u64) -> Grid {
     Grid { nodes, values: values.collect(), is_open: false }
 }
 
-/// A smooth bump field, so that regularising has something to do.
+/// A smooth bump field, so that merging has something to do.
 fn smooth_grid(n: usize, seed: u64) -> Grid {
     let mut random = Random((seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let waves: Vec<[f64; 5]> = (0..6)
@@ -234,7 +234,7 @@ fn random_grids_are_closed_manifold_and_of_the_linear_interpolants_topology() {
 }
 
 #[test]
-fn snapping_merges_many_vertices_and_keeps_the_topology() {
+fn merging_leaves_few_vertices_and_keeps_the_topology() {
     let list = tetrahedra(Kind::Bcc, [9; 3]);
     let mut triangles = [0; 2];
     for seed in 0..40 {
@@ -245,8 +245,8 @@ fn snapping_merges_many_vertices_and_keeps_the_topology() {
         triangles[0] += plain.triangles.len();
         triangles[1] += regular.triangles.len();
     }
-    // Nodes at the border of the box stay, and the caps there are a good part of these surfaces.
-    assert!(triangles[1] < triangles[0] * 19 / 20, "{triangles:?}");
+    // Caps on the border of the box are a good part of these surfaces.
+    assert!(triangles[1] < triangles[0] * 6 / 10, "{triangles:?}");
 }
 
 #[test]

@@ -146,15 +146,15 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn select(self, mask: u16, a: F, b: F) -> F {
-        let half = |mask: u8, a, b| {
-            // SAFETY: as in `splat`.
-            unsafe {
-                let bit = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
-                let set = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask.into()), bit), bit);
-                _mm256_blendv_ps(b, a, _mm256_castsi256_ps(set))
-            }
-        };
-        (half(mask as u8, a.0, b.0), half((mask >> 8) as u8, a.1, b.1))
+        // Written twice: a closure need not be inlined, and then runs without these instructions.
+        // SAFETY: as in `splat`.
+        unsafe {
+            let bit = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
+            let (low, high) = (_mm256_set1_epi32((mask & 0xff).into()), _mm256_set1_epi32((mask >> 8).into()));
+            let low = _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(low, bit), bit));
+            let high = _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(high, bit), bit));
+            (_mm256_blendv_ps(b.0, a.0, low), _mm256_blendv_ps(b.1, a.1, high))
+        }
     }
 
     #[inline(always)]

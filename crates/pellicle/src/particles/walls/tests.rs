@@ -58,14 +58,14 @@ fn the_contact_with_half_spaces_is_flat_and_the_rest_has_no_bump() {
         let area = Report::of(&Mesh { triangles: floor, ..mesh.clone() }).area;
         // But for a cell along its edges, where the walls meet and where the water ends.
         assert!(((1.2 - 0.08f64).powi(2)..(1.2 + 0.05f64).powi(2)).contains(&area), "{area}");
-        // The free surface next to a wall is as high as elsewhere.
+        // The free surface next to a wall is as high as elsewhere, but for less than a cell.
         let top = |near: bool| {
             let is_there =
                 |v: &&[f32; 3]| v[2] > 0.4 && v[1] > 0.3 && v[1] < 0.9 && (v[0] < 0.02) == near && v[0] < 0.9;
             let heights: Vec<f32> = mesh.vertices.iter().filter(is_there).map(|v| v[2]).collect();
             heights.iter().copied().fold(f32::MIN, f32::max)
         };
-        assert!((top(true) - top(false)).abs() < 0.02, "{} {}", top(true), top(false));
+        assert!((top(true) - top(false)).abs() < 0.025, "{} {}", top(true), top(false));
     }
 }
 

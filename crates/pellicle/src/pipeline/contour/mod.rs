@@ -1,5 +1,7 @@
-//! Road C: volume view → signs (one pass over the samples) → counts → sums → vertices, normals, triangles.
+//! Road C: volume view → signs (one pass over the samples) → counts → sums → vertices, normals, triangles. A function in place
+//! of the volume goes the same way, window by window: [`lazy`].
 
+mod lazy;
 mod sinks;
 mod stream;
 mod window;
@@ -7,8 +9,10 @@ mod window;
 pub use sinks::PoolUse;
 pub use stream::{ContourPiece, ContourStream, StreamSample, StreamShape};
 
+use std::ops::Range;
+
 use crate::{
-    Control, Error, Lanes, Mesh, Stage, Volume,
+    Control, Domain, Error, Function, Lanes, Mesh, Stage, Volume,
     field::volume::with_samples,
     march::{
         resolve::Level,
@@ -17,6 +21,7 @@ use crate::{
     math::{memory::filled, simd::Unit},
     mesh::face_normals,
 };
+use lazy::Lazy;
 use window::Window;
 
 /// Where the vertices' normals come from.
@@ -25,7 +30,7 @@ pub enum VertexNormals {
     /// No normals.
     #[default]
     Off,
-    /// The samples' gradient, by central differences, through the volume's directions.
+    /// The samples' gradient, by central differences, through the volume's directions; a function's own gradient.
     Gradient,
     /// The triangles around a vertex, by their area.
     Faces,
@@ -40,6 +45,18 @@ pub struct ContourParams {
     pub normals: VertexNormals,
     /// Vector unit.
     pub lanes: Lanes,
+    /// Most bytes that may be taken besides the caller's samples, at least; `None`: no limit. [`contour`] and
+    /// [`contour_function`] count the mesh, [`Contour`] only what it works with (see [`Contour::mesh_bytes`]), a
+    /// [`ContourStream`] the slabs and the piece at hand.
+    pub max_memory: Option<u64>,
+}
+
+/// An error when more bytes are needed than the caller allows.
+fn check_memory(limit: Option<u64>, what: &'static str, needed: u64) -> Result<(), Error> {
+    match limit {
+        Some(available) if needed > available => Err(Error::Memory { what, needed, available }),
+        _ => Ok(()),
+    }
 }
 
 impl ContourParams {
@@ -73,17 +90,55 @@ impl ContourParams {
 ///
 /// # Errors
 /// [`Error::Parameter`] for an isovalue that is not finite or a vector unit that the machine lacks, [`Error::Count`] when
-/// the vertices exceed `u32`.
+/// the vertices exceed `u32`, [`Error::Memory`] when the limit is too low, with the number needed.
 pub fn contour(volume: &Volume<'_>, iso: f64, params: &ContourParams) -> Result<Mesh, Error> {
-    let surfaces = Contour::extract(volume, &[iso], params, &Control::default())?;
-    Ok(surfaces.mesh(0))
+    Contour::extract(volume, &[iso], params, &Control::default())?.only_mesh(params)
 }
 
-/// Counted surfaces of a volume, one for each isovalue. The samples stay borrowed: vertices are read from them.
+/// The surface where a function passes `iso`: [`contour`] without an array. The function is asked once at every node of the
+/// domain, tile by tile, and again along the surface; memory follows the surface.
+///
+/// The mesh is, byte for byte, that of a volume of `f64` with the function's values at the domain's nodes; only normals by
+/// gradient are better, since they are the function's own. In a domain that is warped vertices are placed through the warp.
+///
+/// ```
+/// use pellicle::{ContourParams, Domain, VertexNormals, contour_function};
+/// let gyroid = |p: [f64; 3]| p[0].sin() * p[1].cos() + p[1].sin() * p[2].cos() + p[2].sin() * p[0].cos();
+/// let domain = Domain::covering([[-6.0; 3], [6.0; 3]], 0.25);
+/// let params = ContourParams { normals: VertexNormals::Gradient, ..Default::default() };
+/// let mesh = contour_function(&gyroid, &domain, 0.0, &params)?;
+/// assert!(pellicle::mesh::Report::of(&mesh).closed_manifold());
+/// # Ok::<(), pellicle::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`Contour::of_function`], and [`Error::Memory`] when the mesh does not fit the limit.
+pub fn contour_function(
+    function: &dyn Function,
+    domain: &Domain<'_>,
+    iso: f64,
+    params: &ContourParams,
+) -> Result<Mesh, Error> {
+    Contour::of_function(function, domain, &[iso], params, &Control::default())?.only_mesh(params)
+}
+
+/// Counted surfaces of a volume or a function, one for each isovalue. The samples stay borrowed: vertices are read from
+/// them, or asked of the function.
 pub struct Contour<'a> {
-    window: Window<'a>,
+    source: Source<'a>,
     origin: [f64; 3],
     normals: VertexNormals,
+}
+
+enum Source<'a> {
+    Volume(Window<'a>),
+    Function(Box<Lazy<'a>>),
+}
+
+/// Where a window's part of a surface goes.
+struct Places {
+    vertices: Range<usize>,
+    triangles: Range<usize>,
 }
 
 impl<'a> Contour<'a> {
@@ -99,18 +154,42 @@ impl<'a> Contour<'a> {
     ) -> Result<Self, Error> {
         let (unit, isos) = (params.unit()?, params.isos(isos)?);
         let grid: Box<dyn Rows + 'a> = with_samples!(volume.samples(), s => Box::new(Grid::new(volume, s)));
+        let needed = Window::bytes(grid.shape(), isos.len());
+        check_memory(params.max_memory, "the signs of a volume's samples", needed)?;
         control.begin(Stage::Active)?;
         let rows = 0..grid.shape().rows();
         let window = Window::new(grid, rows, unit, isos, control)?;
-        Ok(Self { window, origin: volume.origin(), normals: params.normals })
+        Ok(Self { source: Source::Volume(window), origin: volume.origin(), normals: params.normals })
+    }
+
+    /// Finds and counts the surfaces of a function for all isovalues, asking it once at every node. It must always give the
+    /// same value at the same place.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an isovalue that is not finite, a domain out of range or a vector unit that the machine lacks,
+    /// [`Error::Dims`] and [`Error::Count`] for too many cells or vertices, [`Error::Memory`] when the limit is too low,
+    /// with the number needed, [`Error::Cancelled`].
+    pub fn of_function(
+        function: &'a dyn Function,
+        domain: &Domain<'a>,
+        isos: &[f64],
+        params: &ContourParams,
+        control: &Control<'_>,
+    ) -> Result<Self, Error> {
+        domain.check()?;
+        let lazy = Lazy::new(function, domain, params.isos(isos)?, params, control)?;
+        Ok(Self { origin: lazy.origin(), source: Source::Function(Box::new(lazy)), normals: params.normals })
     }
 
     /// Number of surfaces: one for each isovalue.
     pub fn surfaces(&self) -> usize {
-        self.window.surfaces()
+        match &self.source {
+            Source::Volume(window) => window.surfaces(),
+            Source::Function(lazy) => lazy.surfaces(),
+        }
     }
 
-    /// World position that vertices count from: the volume's origin.
+    /// World position that vertices count from: the volume's origin, or the lowest corner of the function's domain.
     pub fn origin(&self) -> [f64; 3] {
         self.origin
     }
@@ -120,40 +199,83 @@ impl<'a> Contour<'a> {
     /// # Panics
     /// If there is no such surface, as do all methods that name one.
     pub fn vertices(&self, surface: usize) -> usize {
-        self.window.vertices(surface)
+        match &self.source {
+            Source::Volume(window) => window.vertices(surface),
+            Source::Function(lazy) => lazy.totals(surface)[0],
+        }
     }
 
     /// Triangles of one surface.
     pub fn triangles(&self, surface: usize) -> usize {
-        self.window.triangles(surface)
+        match &self.source {
+            Source::Volume(window) => window.triangles(surface),
+            Source::Function(lazy) => lazy.totals(surface)[1],
+        }
+    }
+
+    /// Bytes that are held until the surfaces are written: signs and counts.
+    pub fn working_bytes(&self) -> u64 {
+        match &self.source {
+            Source::Volume(window) => window.held(),
+            Source::Function(lazy) => lazy.bytes(),
+        }
+    }
+
+    /// Bytes of one surface as a mesh, with the normals that the parameters ask for.
+    pub fn mesh_bytes(&self, surface: usize) -> u64 {
+        let per_vertex = if self.normals == VertexNormals::Off { 12 } else { 24 };
+        per_vertex * self.vertices(surface) as u64 + 12 * self.triangles(surface) as u64
     }
 
     /// One surface as a mesh, with the normals that the parameters ask for.
     pub fn mesh(&self, surface: usize) -> Mesh {
         let mut vertices = filled([0.0; 3], self.vertices(surface));
         let mut triangles = filled([0; 3], self.triangles(surface));
-        self.window.emit_vertices(surface, &mut vertices);
-        self.window.emit_triangles(surface, &mut triangles);
         let mut normals = Vec::new();
         if self.normals != VertexNormals::Off {
             normals = filled([0.0; 3], vertices.len());
-            self.emit_normals(surface, self.normals, &vertices, &triangles, &mut normals);
         }
+        let with_normals = (self.normals != VertexNormals::Off).then_some((self.normals, &mut normals[..]));
+        self.emit(surface, &mut vertices, with_normals, &mut triangles);
         Mesh { origin: self.origin, vertices, normals, triangles, ..Mesh::default() }
     }
 
-    fn emit_normals(
+    /// The mesh of the first surface, if it fits the limit.
+    fn only_mesh(&self, params: &ContourParams) -> Result<Mesh, Error> {
+        let needed = self.working_bytes() + self.mesh_bytes(0);
+        check_memory(params.max_memory, "the surface and its mesh", needed)?;
+        Ok(self.mesh(0))
+    }
+
+    /// Writes one surface into slices of exact size.
+    fn emit(
         &self,
         surface: usize,
-        kind: VertexNormals,
-        vertices: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        to: &mut [[f32; 3]],
+        vertices: &mut [[f32; 3]],
+        mut normals: Option<(VertexNormals, &mut [[f32; 3]])>,
+        triangles: &mut [[u32; 3]],
     ) {
-        match kind {
-            VertexNormals::Off => {}
-            VertexNormals::Gradient => self.window.emit_normals(surface, to),
-            VertexNormals::Faces => face_normals(vertices, triangles, to),
+        self.for_windows(surface, &mut |window, surface, to| {
+            window.emit_vertices(surface, &mut vertices[to.vertices.clone()]);
+            window.emit_triangles(surface, &mut triangles[to.triangles]);
+            if let Some((VertexNormals::Gradient, normals)) = &mut normals {
+                window.emit_normals(surface, &mut normals[to.vertices]);
+            }
+        });
+        if let Some((VertexNormals::Faces, normals)) = normals {
+            face_normals(vertices, triangles, normals);
+        }
+    }
+
+    /// Calls `work` with each window that has a part of a surface, the surface's number there, and the part's place.
+    fn for_windows(&self, surface: usize, work: &mut dyn FnMut(&Window<'_>, usize, Places)) {
+        let mut place = |window: &Window<'_>, surface: usize, [v, t]: [usize; 2]| {
+            let [vertices, triangles] = [window.vertices(surface), window.triangles(surface)];
+            work(window, surface, Places { vertices: v..v + vertices, triangles: t..t + triangles });
+        };
+        match &self.source {
+            Source::Volume(window) => place(window, surface, [0; 2]),
+            Source::Function(lazy) => lazy.for_windows(surface, &mut |window, first| place(window, 0, first)),
         }
     }
 }

@@ -45,12 +45,9 @@ impl Contour<'_> {
         fits("vertices", n, vertices.len())?;
         fits("normals", n, normals.as_ref().map_or(n, |normals| normals.len()))?;
         fits("triangles", t, triangles.len())?;
-        self.window.emit_vertices(surface, &mut vertices[..n]);
-        self.window.emit_triangles(surface, &mut triangles[..t]);
-        if let Some(normals) = normals {
-            let kind = if self.normals == VertexNormals::Off { VertexNormals::Gradient } else { self.normals };
-            self.emit_normals(surface, kind, &vertices[..n], &triangles[..t], &mut normals[..n]);
-        }
+        let kind = if self.normals == VertexNormals::Off { VertexNormals::Gradient } else { self.normals };
+        let normals = normals.map(|normals| (kind, &mut normals[..n]));
+        self.emit(surface, &mut vertices[..n], normals, &mut triangles[..t]);
         Ok(())
     }
 
@@ -68,12 +65,15 @@ impl Contour<'_> {
         let n = 3 * self.triangles(surface);
         fits("positions", n, positions.len())?;
         fits("normals", n, normals.as_ref().map_or(n, |normals| normals.len()))?;
-        self.window.for_triangles(surface, 3, &mut positions[..n], |group, to| {
-            let mut to = to.as_chunks_mut::<3>().0.iter_mut();
-            self.window.soup(surface, group, &mut |triangle| {
-                if let Some(to) = to.next() {
-                    *to = triangle;
-                }
+        self.for_windows(surface, &mut |window, surface, to| {
+            let to = &mut positions[3 * to.triangles.start..3 * to.triangles.end];
+            window.for_triangles(surface, 3, to, |group, to| {
+                let mut to = to.as_chunks_mut::<3>().0.iter_mut();
+                window.soup(surface, group, &mut |triangle| {
+                    if let Some(to) = to.next() {
+                        *to = triangle;
+                    }
+                });
             });
         });
         if let Some(normals) = normals {
@@ -89,13 +89,15 @@ impl Contour<'_> {
     /// # Errors
     /// [`Error::Capacity`] when the pool is too small: it holds a part of the surface then, and nothing was overrun.
     pub fn write_pool(&self, surface: usize, pool: &VertexPool<'_>) -> Result<PoolUse, Error> {
-        let groups = self.window.groups();
-        // A block's tail is lost whenever a task ends: few tasks a thread.
-        let least = groups.div_ceil(4 * rayon::current_num_threads()).max(1);
-        (0..groups).into_par_iter().with_min_len(least).for_each_init(
-            || Writer::new(pool),
-            |writer, group| self.window.soup(surface, group, &mut |triangle| writer.push(&triangle)),
-        );
+        self.for_windows(surface, &mut |window, surface, _| {
+            let groups = window.groups();
+            // A block's tail is lost whenever a task ends: few tasks a thread.
+            let least = groups.div_ceil(4 * rayon::current_num_threads()).max(1);
+            (0..groups).into_par_iter().with_min_len(least).for_each_init(
+                || Writer::new(pool),
+                |writer, group| window.soup(surface, group, &mut |triangle| writer.push(&triangle)),
+            );
+        });
         pool.finish()?;
         Ok(PoolUse { triangles: self.triangles(surface), vertices: pool.vertices() })
     }

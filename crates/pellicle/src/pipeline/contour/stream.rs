@@ -1,6 +1,6 @@
 //! Volumes that come slab by slab: larger than memory, or never stored at all.
 
-use super::{ContourParams, VertexNormals, window::Window};
+use super::{ContourParams, VertexNormals, check_memory, window::Window};
 use crate::{
     Border, Control, Error, Mesh, Volume,
     field::volume::Scalar,
@@ -66,6 +66,7 @@ pub struct ContourStream<T> {
     first_vertex: u64,
     /// Slabs of the lattice to collect before they are marched.
     batch: usize,
+    max_memory: Option<u64>,
 }
 
 impl StreamShape {
@@ -107,6 +108,7 @@ impl<T: StreamSample> ContourStream<T> {
     ///
     /// # Errors
     /// [`Error::Dims`] and [`Error::Parameter`] as for [`Volume`] and [`contour`](super::contour); normals by faces are refused.
+    /// [`Error::Memory`] when the limit has no room for the slabs that must be at hand.
     pub fn new(shape: &StreamShape, iso: f64, params: &ContourParams) -> Result<Self, Error> {
         let whole = shape.whole()?;
         if params.normals == VertexNormals::Faces {
@@ -114,7 +116,12 @@ impl<T: StreamSample> ContourStream<T> {
             return Err(Error::Parameter { name: "normals", value: f64::NAN, must });
         }
         let iso = params.isos(&[iso])?[0];
-        let batch = BATCH_NODES.div_ceil(shape.dims[0] * shape.dims[1]).max(4);
+        let mut batch = BATCH_NODES.div_ceil(shape.dims[0] * shape.dims[1]).max(4);
+        // Most of the memory is for the pieces.
+        while batch > 1 && params.max_memory.is_some_and(|limit| Self::held(&whole, batch) > limit / 8) {
+            batch = batch.div_ceil(2);
+        }
+        check_memory(params.max_memory, "the slabs at hand", Self::held(&whole, batch))?;
         Ok(Self {
             dims: shape.dims,
             whole,
@@ -126,7 +133,16 @@ impl<T: StreamSample> ContourStream<T> {
             next: 0,
             first_vertex: 0,
             batch,
+            max_memory: params.max_memory,
         })
+    }
+
+    /// Bytes of the slabs at hand when so many are marched, and of their signs.
+    fn held(whole: &Shape, batch: usize) -> u64 {
+        let slabs = whole.nodes[2].min(batch + 4);
+        let nodes = [whole.nodes[0], whole.nodes[1], slabs];
+        let samples = nodes.iter().map(|&n| n as u64).product::<u64>() * size_of::<T>() as u64;
+        samples + Window::bytes(&Shape { nodes, ..*whole }, 1)
     }
 
     /// With this many slabs marched at a time, at least 1, in place of about two million nodes: less memory, smaller pieces.
@@ -149,7 +165,7 @@ impl<T: StreamSample> ContourStream<T> {
     ///
     /// # Errors
     /// [`Error::Length`] when they are not whole slabs or more than there are to come, [`Error::Count`] when a piece
-    /// exceeds `u32`.
+    /// exceeds `u32`, [`Error::Memory`] when it does not fit the limit.
     pub fn push(&mut self, slabs: &[T]) -> Result<Option<ContourPiece>, Error> {
         let left = (self.dims[2] - self.taken()) * self.slab();
         if !slabs.len().is_multiple_of(self.slab()) || slabs.len() > left {
@@ -168,7 +184,7 @@ impl<T: StreamSample> ContourStream<T> {
     /// The last piece, once all slabs were handed in.
     ///
     /// # Errors
-    /// [`Error::Length`] when slabs are missing, [`Error::Count`] as for [`push`](Self::push).
+    /// [`Error::Length`] when slabs are missing, [`Error::Count`] and [`Error::Memory`] as for [`push`](Self::push).
     pub fn finish(mut self) -> Result<ContourPiece, Error> {
         if self.taken() != self.dims[2] {
             return Err(Error::Length {
@@ -188,6 +204,10 @@ impl<T: StreamSample> ContourStream<T> {
         let ny = grid.shape.nodes[1];
         let rows = (self.next - begin) * ny..(end - begin) * ny;
         let window = Window::new(Box::new(grid), rows, self.unit, vec![self.iso], &Control::default())?;
+        let per_vertex = if self.normals == VertexNormals::Off { 12 } else { 24 };
+        let piece = per_vertex * window.vertices(0) as u64 + 12 * window.triangles(0) as u64;
+        let needed = size_of_val(&self.samples[..]) as u64 + window.held() + piece;
+        check_memory(self.max_memory, "the slabs and the piece at hand", needed)?;
         let mut piece = ContourPiece {
             first_vertex: self.first_vertex,
             vertices: vec![[0.0; 3]; window.vertices(0)],

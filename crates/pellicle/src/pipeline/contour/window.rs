@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::{
     Control, Error, Stage,
     march::rows::{
-        Iso, Rows,
+        Iso, Rows, Shape,
         classify::{Classify, Signs},
         count::{Counted, GROUP},
         normals::Normals,
@@ -38,12 +38,38 @@ impl<'a> Window<'a> {
         isos: Vec<Iso>,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
-        let signs = classify(&*grid, unit, &isos, control);
+        let mut signs = Signs::new(grid.shape(), isos.len());
+        classify(&*grid, unit, &isos, 0..grid.shape().rows(), &mut signs, control);
         control.begin(Stage::Count)?;
-        let count = |&iso: &Iso| Counted::new(unit, &*grid, &signs, iso, rows.start);
+        let count = |&iso: &Iso| Counted::new(unit, &*grid, &signs, iso, rows.start, 0);
         let counted = isos.iter().map(count).collect::<Result<_, _>>()?;
         control.check()?;
         Ok(Self { grid, rows, unit, isos, signs, counted })
+    }
+
+    /// One surface whose rows were classified before; its vertices are numbered from `first_vertex` on.
+    pub(super) fn of_signs(
+        grid: Box<dyn Rows + 'a>,
+        rows: Range<usize>,
+        unit: Unit,
+        iso: Iso,
+        signs: Signs,
+        first_vertex: u32,
+    ) -> Result<Self, Error> {
+        let iso = Iso { number: 0, ..iso };
+        let counted = vec![Counted::new(unit, &*grid, &signs, iso, rows.start, first_vertex)?];
+        Ok(Self { grid, rows, unit, isos: vec![iso], signs, counted })
+    }
+
+    /// Bytes of the signs and places of a lattice for so many isovalues.
+    pub(super) fn bytes(shape: &Shape, isos: usize) -> u64 {
+        let signs = 8 * shape.rows() as u64 * shape.words() as u64;
+        (signs + Counted::bytes(shape.rows())) * isos as u64
+    }
+
+    /// Bytes of its signs and places.
+    pub(super) fn held(&self) -> u64 {
+        Self::bytes(self.grid.shape(), self.isos.len())
     }
 
     pub(super) fn surfaces(&self) -> usize {
@@ -51,7 +77,8 @@ impl<'a> Window<'a> {
     }
 
     pub(super) fn vertices(&self, surface: usize) -> usize {
-        self.counted[surface].place(self.rows.end).vertices[0] as usize
+        let place = |row| self.counted[surface].place(row).vertices[0] as usize;
+        place(self.rows.end) - place(self.rows.start)
     }
 
     pub(super) fn triangles(&self, surface: usize) -> usize {
@@ -125,25 +152,30 @@ impl<'a> Window<'a> {
         let (signs, iso, rows) = (&self.signs, self.isos[surface], self.group(group));
         let counted = &self.counted[surface];
         if counted.place(rows.start).triangles != counted.place(rows.end).triangles {
-            self.grid.soup(Soup { signs, iso, rows, to });
+            Soup { signs, iso, rows, to }.run(&*self.grid);
         }
     }
 }
 
-/// Signs of all rows; cut short when cancelled, which the caller must check.
-fn classify(grid: &dyn Rows, unit: Unit, isos: &[Iso], control: &Control<'_>) -> Signs {
-    let shape = grid.shape();
-    let mut signs = Signs::new(shape, isos.len());
+/// Finds the signs of some rows; cut short when cancelled, which the caller must check.
+pub(super) fn classify(
+    grid: &dyn Rows,
+    unit: Unit,
+    isos: &[Iso],
+    rows: Range<usize>,
+    signs: &mut Signs,
+    control: &Control<'_>,
+) {
     let words = signs.words_per_row();
     if words == 0 {
-        return signs;
+        return;
     }
     let isos: Vec<f64> = isos.iter().map(|iso| iso.value).collect();
-    signs.bits_mut().par_chunks_mut(GROUP * words).enumerate().for_each(|(group, to)| {
-        let rows = group * GROUP..group * GROUP + to.len() / words;
+    let to = &mut signs.bits_mut()[rows.start * words..rows.end * words];
+    to.par_chunks_mut(GROUP * words).enumerate().for_each(|(group, to)| {
+        let first = rows.start + group * GROUP;
         if control.check().is_ok() {
-            grid.classify(Classify { unit, isos: &isos, rows, to });
+            grid.classify(Classify { unit, isos: &isos, rows: first..first + to.len() / words, to });
         }
     });
-    signs
 }

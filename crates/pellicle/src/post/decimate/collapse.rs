@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! candidate   vertex ──► its cheapest edge that may collapse, kept from round to round where nothing near it changed
-//! meet        the cheaper of a vertex's own candidate and those that its neighbors share with it
-//! near        the cheapest `meet` of a vertex and its neighbors
-//! chosen      edges that are `near` of both their ends: no end of one is a neighbor of an end of another
+//! chosen      candidates cheaper than all others at their ends, at the neighbors of these, and of all that end there: so no
+//!             end of one is a neighbor of an end of another
 //! ```
 //!
 //! Source: this project.
 
 use rayon::prelude::*;
 
+use super::fans::Fans;
 use super::quadric::{Quadric, unit};
 use crate::{
     Carry, Mesh,
@@ -55,10 +55,14 @@ pub(super) struct Shrinking {
     quadrics: Vec<Quadric>,
     /// Vertices that may move.
     free: Vec<bool>,
-    stars: Stars,
+    fans: Fans,
     candidates: Vec<Edge>,
     stale: Vec<bool>,
     max_error: f64,
+    /// What each vertex became: itself, or one of a lower number.
+    into: Vec<u32>,
+    /// Triangles that are left.
+    triangles: usize,
 }
 
 impl Shrinking {
@@ -71,18 +75,26 @@ impl Shrinking {
             free: (0..n).into_par_iter().with_min_len(CHUNK).map(|v| stars.is_closed(v)).collect(),
             candidates: vec![Edge::NONE; n],
             stale: vec![true; n],
-            stars,
+            fans: Fans::of(stars),
             max_error,
+            into: (0..n as u32).collect(),
+            triangles: mesh.triangles.len(),
         }
     }
 
-    /// Collapses what may collapse at once, but leaves so many triangles; `false` when there was nothing to do.
+    /// Triangles that are left.
+    pub(super) fn triangles(&self) -> usize {
+        self.triangles
+    }
+
+    /// Collapses what may collapse at once, but leaves so many triangles; `false` when there was nothing to do. The mesh's
+    /// vertices move, its triangles wait for [`finish`](Self::finish).
     pub(super) fn round(&mut self, mesh: &mut Mesh, left: usize) -> bool {
         self.refresh(mesh);
         let Some(limit) = self.limit() else { return false };
         let mut chosen = self.choose(limit);
-        chosen.sort_unstable();
-        let most = (mesh.triangles.len() - left).div_ceil(2);
+        chosen.par_sort_unstable();
+        let most = (self.triangles - left).div_ceil(2);
         chosen.truncate(most);
         self.stale.par_iter_mut().for_each(|stale| *stale = false);
         let judge = |edge: &Edge| {
@@ -90,15 +102,17 @@ impl Shrinking {
             self.may_collapse(mesh, edge.ends, place).then_some(place)
         };
         let places: Vec<Option<[f32; 3]>> = chosen.par_iter().with_min_len(CHUNK / 8).map(judge).collect();
-        let mut target: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
         let mut moved = Vec::with_capacity(chosen.len());
+        let mut star = Vec::new();
         for (edge, place) in chosen.iter().zip(places) {
             let [a, b] = edge.ends.map(|v| v as usize);
             if let Some(place) = place {
                 carry(mesh, [a, b], place);
                 let gone = self.quadrics[b];
                 self.quadrics[a].add(&gone);
-                target[b] = a as u32;
+                self.fans.collapse(a as u32, b as u32, &mut star);
+                self.triangles -= 2;
+                self.into[b] = a as u32;
                 self.candidates[b] = Edge::NONE;
                 moved.push(a);
             } else {
@@ -107,36 +121,48 @@ impl Shrinking {
                 self.stale[b] = true;
             }
         }
-        if !moved.is_empty() {
-            let renamed = mesh.triangles.par_iter().map(|t| t.map(|v| target[v as usize]));
-            mesh.triangles = renamed.filter(|[a, b, c]| a != b && b != c && c != a).collect();
-            self.stars.rebuild(&mesh.triangles, mesh.vertices.len());
-        }
         for a in moved {
             self.stale[a] = true;
-            self.stars.corners(a).iter().for_each(|corner| self.stale[corner[0] as usize] = true);
+            self.fans.corners(a).iter().for_each(|corner| self.stale[corner[0] as usize] = true);
         }
         true
+    }
+
+    /// The triangles that are left, in their order.
+    pub(super) fn finish(mut self, mesh: &mut Mesh) {
+        for v in 0..self.into.len() {
+            self.into[v] = self.into[self.into[v] as usize];
+        }
+        let renamed = mesh.triangles.par_iter().with_min_len(CHUNK).map(|t| t.map(|v| self.into[v as usize]));
+        mesh.triangles = renamed.filter(|[a, b, c]| a != b && b != c && c != a).collect();
     }
 
     /// The cheapest edge of every vertex near which something changed.
     fn refresh(&mut self, mesh: &Mesh) {
         let mut candidates = std::mem::take(&mut self.candidates);
         let this = &*self;
-        candidates.par_iter_mut().with_min_len(CHUNK).enumerate().filter(|(v, _)| this.stale[*v]).for_each(
-            |(v, candidate)| {
-                *candidate = Edge::NONE;
-                for corner in this.stars.corners(v) {
-                    let ends = [v.min(corner[0] as usize) as u32, v.max(corner[0] as usize) as u32];
-                    let Some((place, cost)) = this.place(mesh, ends) else { continue };
-                    let edge = Edge::new(ends[0], ends[1], cost);
-                    if edge < *candidate && this.may_collapse(mesh, ends, place) {
-                        *candidate = edge;
-                    }
-                }
-            },
-        );
+        let stale = candidates.par_iter_mut().with_min_len(CHUNK).enumerate().filter(|(v, _)| this.stale[*v]);
+        stale.for_each_init(Vec::new, |edges, (v, candidate)| *candidate = this.cheapest(mesh, v, edges));
         self.candidates = candidates;
+    }
+
+    /// The cheapest edge of a vertex that may collapse.
+    fn cheapest(&self, mesh: &Mesh, v: usize, edges: &mut Vec<(Edge, [f32; 3])>) -> Edge {
+        edges.clear();
+        for corner in self.fans.corners(v) {
+            let ends = [v.min(corner[0] as usize) as u32, v.max(corner[0] as usize) as u32];
+            if let Some((place, cost)) = self.place(mesh, ends) {
+                edges.push((Edge::new(ends[0], ends[1], cost), place));
+            }
+        }
+        // The first or second of them will do: no need to sort.
+        while let Some(best) = (0..edges.len()).min_by_key(|&i| edges[i].0) {
+            let (edge, place) = edges.swap_remove(best);
+            if self.may_collapse(mesh, edge.ends, place) {
+                return edge;
+            }
+        }
+        Edge::NONE
     }
 
     /// The cost that half of the vertices' candidates do not exceed; `None` when there are no candidates.
@@ -148,20 +174,34 @@ impl Shrinking {
 
     /// Edges that can collapse at once.
     fn choose(&self, limit: u64) -> Vec<Edge> {
-        let around = |v: usize| self.stars.corners(v).iter().map(|corner| corner[0] as usize);
-        let per_vertex = |of: &(dyn Fn(usize) -> Edge + Sync)| -> Vec<Edge> {
-            (0..self.candidates.len()).into_par_iter().with_min_len(CHUNK).map(of).collect()
-        };
-        let meet = per_vertex(&|v| {
-            let theirs = around(v).map(|n| self.candidates[n]).filter(|edge| edge.ends.contains(&(v as u32)));
-            theirs.fold(self.candidates[v], Edge::min)
-        });
-        let near = per_vertex(&|v| around(v).map(|n| meet[n]).fold(meet[v], Edge::min));
         let is_chosen = |v: &usize| {
-            let edge = near[*v];
-            edge.ends[0] as usize == *v && edge.cost <= limit && near[edge.ends[1] as usize] == edge
+            let edge = self.candidates[*v];
+            let [a, b] = edge.ends.map(|end| end as usize);
+            // Where it is the candidate of both ends, the lower one speaks for it.
+            edge != Edge::NONE
+                && edge.cost <= limit
+                && (a == *v || self.candidates[a] != edge)
+                && self.is_least_around(edge, a)
+                && self.is_least_around(edge, b)
+                && self.is_met_by_none(edge, a)
+                && self.is_met_by_none(edge, b)
         };
-        (0..near.len()).into_par_iter().with_min_len(CHUNK).filter(is_chosen).map(|v| near[v]).collect()
+        let vertices = (0..self.candidates.len()).into_par_iter().with_min_len(CHUNK);
+        vertices.filter(is_chosen).map(|v| self.candidates[v]).collect()
+    }
+
+    /// Whether no candidate of a vertex and its neighbors is cheaper.
+    fn is_least_around(&self, edge: Edge, v: usize) -> bool {
+        let around = self.fans.corners(v).iter();
+        self.candidates[v] >= edge && around.map(|corner| corner[0] as usize).all(|n| self.candidates[n] >= edge)
+    }
+
+    /// Whether no edge that a vertex's neighbors share with theirs is cheaper.
+    fn is_met_by_none(&self, edge: Edge, v: usize) -> bool {
+        self.fans.corners(v).iter().all(|&[near, _]| {
+            let theirs = self.fans.corners(near as usize).iter().map(|corner| self.candidates[corner[0] as usize]);
+            theirs.filter(|other| other.ends.contains(&near)).all(|other| other >= edge)
+        })
     }
 
     /// Where an edge, its lower end first, collapses to and what that costs; `None` when an end must stay or the error is
@@ -189,7 +229,7 @@ impl Shrinking {
 
     /// Whether the surface stays what it is when these vertices become one at this place.
     pub(super) fn may_collapse(&self, mesh: &Mesh, ends: [u32; 2], place: [f32; 3]) -> bool {
-        let [a, b] = ends.map(|v| self.stars.corners(v as usize));
+        let [a, b] = ends.map(|v| self.fans.corners(v as usize));
         let common = a.iter().filter(|corner| b.iter().any(|other| other[0] == corner[0])).count();
         // A tetrahedron would fold up to two triangles back to back.
         if common != 2 || a.len() + b.len() < 7 {
