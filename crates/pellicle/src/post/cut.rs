@@ -1,7 +1,7 @@
 //! What lies beyond a plane cut away, and the cut closed: flat caps, shared by index with what they close.
 //!
 //! Every edge that crosses the plane gets one vertex in it, between its ends; triangles are cut along these. In a closed manifold
-//! the sides that are left open link up to loops, which [`cap`](super::cap) fills. So a closed manifold stays one. The
+//! the sides that are left open link up to loops, which `cap` fills. So a closed manifold stays one. The
 //! borders of an open mesh stay open where they end in the plane, and so does what hangs together at an edge of more than
 //! two triangles.
 //!
