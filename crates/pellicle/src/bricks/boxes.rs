@@ -23,7 +23,17 @@ pub(crate) const BOX: usize = 4;
 /// Relative margin of the bounds: more than the rounding of a sum of 1,500 terms in `f32`.
 pub(crate) const MARGIN: f32 = 1e-4;
 /// More than a distance within a block is off by rounding, in cells.
-const SLACK: f32 = 2e-5;
+pub(super) const SLACK: f32 = 2e-5;
+/// Where the boxes of a row begin, in cells.
+pub(super) const STARTS: [f32; LANES] = {
+    let mut starts = [0.0; LANES];
+    let mut i = 0;
+    while i < LANES {
+        starts[i] = (BOX * i) as f32;
+        i += 1;
+    }
+    starts
+};
 
 /// Bounds of all boxes of a block. Reusable.
 #[derive(Default)]
@@ -163,17 +173,8 @@ fn squares(index: usize, at: f32) -> [f32; 2] {
 /// [`squares`] of 16 boxes.
 #[inline(always)]
 fn edges<S: Simd>(s: S, at: f32) -> (S::F, S::F) {
-    const FIRST: [f32; LANES] = {
-        let mut first = [0.0; LANES];
-        let mut i = 0;
-        while i < LANES {
-            first[i] = (BOX * i) as f32;
-            i += 1;
-        }
-        first
-    };
     let zero = s.splat(0.0);
-    let low = s.sub(s.load(&FIRST), s.splat(at));
+    let low = s.sub(s.load(&STARTS), s.splat(at));
     let high = s.sub(zero, s.add(low, s.splat(BOX as f32)));
     let slack = s.splat(SLACK);
     let near = s.max(s.sub(s.max(low, high), slack), zero);

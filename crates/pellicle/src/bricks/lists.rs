@@ -24,7 +24,7 @@
 //! projections of one slab each; interval bounds are Snyder 1992, Interval analysis for computer graphics. Lists of whole
 //! bricks, so that lanes are nodes, are this project's.
 
-use super::boxes::MARGIN;
+use super::boxes::{BOX, MARGIN, SLACK, STARTS};
 use crate::{
     field::falloff::Falloff,
     lattice::{BRICK, Coord},
@@ -39,18 +39,8 @@ use crate::{
 pub(crate) const SIDE: usize = BRICK as usize;
 /// Coordinate of a brick's last node.
 const LAST: f32 = (SIDE - 1) as f32;
-/// More than a distance within a block is off by rounding, in cells.
-const SLACK: f32 = 2e-5;
-/// Where the bricks of a row begin, in cells.
-const FIRST: [f32; LANES] = {
-    let mut first = [0.0; LANES];
-    let mut brick = 0;
-    while brick < LANES {
-        first[brick] = (SIDE * brick) as f32;
-        brick += 1;
-    }
-    first
-};
+
+const _: () = assert!(SIDE == BOX, "bricks begin where boxes do");
 
 /// One particle as one brick sees it.
 #[derive(Debug, Clone, Copy)]
@@ -272,7 +262,7 @@ impl Lists {
         let low = ((y - p.reach - LAST) / side).max(0.0) as usize;
         let high = ((y + p.reach) / side + 1.0).max(0.0) as usize;
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let x = s.sub(s.splat(x), s.load(&FIRST));
+        let x = s.sub(s.splat(x), s.load(&STARTS));
         let (below, above) = (s.sub(zero, x), s.sub(x, s.splat(LAST)));
         let near = s.max(s.sub(s.max(below, above), s.splat(SLACK)), zero);
         let far = s.add(s.max(x, s.sub(zero, above)), s.splat(SLACK));

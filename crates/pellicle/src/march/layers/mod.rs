@@ -26,9 +26,8 @@ mod vertices;
 
 use crate::{
     bricks::lists::{Heights, Room, SIDE},
-    lattice::Coord,
     lookup::columns::{Extent, Near, Want, provide},
-    march::slices::{Blend, Lap, Piece, Rows, Scene, Seam, Sight, Skin, Todo, WIDEST},
+    march::slices::{Blend, Lap, March, Rows, Skin, Todo, WIDEST},
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -120,20 +119,7 @@ impl<C: Copy + Default> Work<C> {
     }
 }
 
-/// The march through one block.
-pub(crate) struct March<'a, B, K: Skin> {
-    pub(crate) scene: &'a Scene<'a, B, K>,
-    /// First node of the block: a multiple of 4 along each axis.
-    pub(crate) first: Coord,
-    pub(crate) seam: Seam,
-    pub(crate) sight: Option<Sight>,
-    /// The block's particles.
-    pub(crate) members: &'a [u32],
-    pub(crate) work: &'a mut Work<K::Corner>,
-    pub(crate) piece: &'a mut Piece<K::Vertex>,
-}
-
-impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
+impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
     type Output = ();
 
     #[inline(always)]
@@ -171,7 +157,7 @@ fn place(width: usize, [x, y, z]: [usize; 3]) -> (usize, usize) {
     (x / SIDE + width * (y / SIDE), x % SIDE + SIDE * (y % SIDE) + SIDE * SIDE * (z % SIDE))
 }
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// User data of a brick's nodes to keep room for.
     fn corners(&self) -> usize {
         if self.scene.shading.data() { NODES } else { 0 }

@@ -4,20 +4,20 @@
 //! data are computed once and used again.
 
 use super::{
-    March, RING, bricks_of,
+    RING, Work, bricks_of,
     fill::{self, NODES},
 };
 use crate::{
     bricks::lists::{List, SIDE},
     lookup::columns::Extent,
-    march::slices::{Blend, Neighbours, Skin, WIDEST},
+    march::slices::{Blend, March, Neighbours, Skin, WIDEST},
     math::{
         bits::ones,
         simd::{LANES, Simd},
     },
 };
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Planes of a layer's bricks that the block has.
     #[inline(always)]
     fn planes(extent: Extent, layer: usize) -> usize {

@@ -10,18 +10,18 @@
 //! Source: Lorensen & Cline 1987 with the generated tables of [`tables`](crate::march::tables); shared vertices and order as in
 //! Rosenberg & Birdwell 2008, sections 4 and 5.
 
-use super::{March, NUMBERED, RING, bricks_of, place};
+use super::{NUMBERED, RING, Work, bricks_of, place};
 use crate::{
     bricks::lists::SIDE,
     lookup::columns::Extent,
     march::{
-        slices::{Blend, FOREIGN, Owner, Skin, next},
+        slices::{Blend, FOREIGN, March, Owner, Skin, next},
         tables::{CASES, edge_corner},
     },
     math::bits::ones,
 };
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Numbers the vertices on a slice's edges along x and y.
     #[inline(always)]
     pub(super) fn number_slice(&mut self, extent: Extent, z: usize) {

@@ -3,14 +3,14 @@
 //! Source: Lorensen & Cline 1987 with the generated tables of [`tables`](crate::march::tables); corners evaluated once and
 //! vertices shared as in Rosenberg & Birdwell 2008, section 4.
 
-use super::{Blend, FOREIGN, March, Skin, seam::Owner, skin::Neighbours};
+use super::{Blend, FOREIGN, March, Skin, Work, seam::Owner, skin::Neighbours};
 use crate::{
     lookup::columns::{Extent, Want},
     march::tables::{CASES, edge_corner},
     math::{bits::ones, simd::Simd},
 };
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Evaluates the nodes of row `y` given bit by bit, in the lower (`side` 0) or upper slice of slab `z`.
     #[inline(always)]
     pub(super) fn evaluate<S: Simd>(&mut self, s: S, extent: Extent, z: usize, side: usize, y: usize, nodes: u64) {

@@ -252,20 +252,20 @@ impl Shading {
     }
 }
 
-/// The march through one block.
-pub(crate) struct March<'a, B, K: Skin> {
+/// The march through one block, with the work of either way: slices', or [layers'](super::layers).
+pub(crate) struct March<'a, B, K: Skin, W> {
     pub(crate) scene: &'a Scene<'a, B, K>,
-    /// First node of the block, its margin left out.
+    /// First node of the block, its margin left out: a multiple of 4 along each axis.
     pub(crate) first: Coord,
     pub(crate) seam: Seam,
     pub(crate) sight: Option<Sight>,
     /// The block's particles.
     pub(crate) members: &'a [u32],
-    pub(crate) work: &'a mut Work<K::Corner>,
+    pub(crate) work: &'a mut W,
     pub(crate) piece: &'a mut Piece<K::Vertex>,
 }
 
-impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
+impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
     type Output = ();
 
     #[inline(always)]
@@ -311,7 +311,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K> {
     }
 }
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Puts what later blocks look for in order, and counts.
     fn finish(&mut self, slabs: usize) {
         self.piece.shared.sort_unstable();

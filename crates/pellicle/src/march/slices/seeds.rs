@@ -3,7 +3,7 @@
 //! Source: Rosenberg & Birdwell 2008, section 4, algorithm 1.
 
 use super::{
-    Blend, March, Skin,
+    Blend, March, Skin, Work,
     slice::{ABOVE, BELOW},
 };
 use crate::{
@@ -11,7 +11,7 @@ use crate::{
     math::{bits::ones, simd::Simd},
 };
 
-impl<B: Blend, K: Skin> March<'_, B, K> {
+impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Steps down from the node nearest to each particle until one is not inside; the cube above that step is a seed.
     /// Farther than its reach below a particle there is another that will find the surface.
     #[inline(always)]

@@ -25,12 +25,9 @@ use crate::{
     },
     lattice::Lattice,
     lookup::{cells::Cells, columns::Placed},
-    march::{
-        layers,
-        slices::{
-            self, Blend, Clock, Custom, CustomField, FOREIGN, Lap, Plain, Radial, Scene, Seam, Seeds, Shading, Sight,
-            Skin, Times,
-        },
+    march::slices::{
+        Blend, Clock, Custom, CustomField, FOREIGN, Lap, March, Plain, Radial, Scene, Seam, Seeds, Shading, Sight,
+        Skin, Times,
     },
     math::{
         ranges::{PerItem, for_each_part},
@@ -472,12 +469,8 @@ impl<B: Blend, K: Skin> Job<'_, B, K> {
             let (scene, piece) = (self.scene, &mut kept.piece);
             let Work { slices: by_slices, layers: by_layers } = &mut *work;
             match scene.seeds {
-                Seeds::Complete => {
-                    self.unit.run(layers::March { scene, first, seam, sight, members, work: by_layers, piece })
-                }
-                Seeds::Particles => {
-                    self.unit.run(slices::March { scene, first, seam, sight, members, work: by_slices, piece })
-                }
+                Seeds::Complete => self.unit.run(March { scene, first, seam, sight, members, work: by_layers, piece }),
+                Seeds::Particles => self.unit.run(March { scene, first, seam, sight, members, work: by_slices, piece }),
             }
             if self.reuse {
                 kept.settle();
