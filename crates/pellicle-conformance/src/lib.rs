@@ -10,11 +10,13 @@
 
 pub mod allocations;
 pub mod cavities;
+mod data;
 mod judge;
 mod nearby;
 pub mod scenes;
 mod subject;
 
+pub use data::{particle_file, raw_particles};
 pub use judge::{Defect, check, closed, must, same_bytes};
 pub use nearby::lonely;
 pub use pellicle_scenes::Random;

@@ -5,7 +5,7 @@ use pellicle::{Attribute, Band, Carry, Lanes, Mesh, Params, Positions, ScalarFie
 use pellicle_conformance::{
     Defect, Delivery, Memory, Random, Scene, Subject,
     cavities::{self, HOLES},
-    closed, must, same_bytes, scenes, skip,
+    closed, must, particle_file, same_bytes, scenes,
 };
 
 /// All fields but the default one, which has its own tests.
@@ -107,9 +107,8 @@ fn thin_sparse_and_crowded_places_are_found_by_every_field() {
 
 #[test]
 fn real_frames_lose_nothing_with_any_field() {
-    let Some(folder) = frames() else { return };
     for name in fields() {
-        frame(&folder, "hemi_t0.60.ply", name, 1.0);
+        frame("hemi_t0.60.ply", name, 1.0);
     }
 }
 
@@ -117,7 +116,6 @@ fn real_frames_lose_nothing_with_any_field() {
 #[test]
 #[ignore = "half an hour: cargo xtask test --all"]
 fn all_real_frames_lose_nothing_with_any_field() {
-    let Some(folder) = frames() else { return };
     let all = [
         "cbd_t0.00.npy",
         "cbd_t0.50.bgeo",
@@ -135,28 +133,15 @@ fn all_real_frames_lose_nothing_with_any_field() {
     ];
     for name in fields() {
         for file in all {
-            frame(&folder, file, name, 1.0);
-            frame(&folder, file, name, 0.5);
+            frame(file, name, 1.0);
+            frame(file, name, 0.5);
         }
     }
 }
 
-fn frames() -> Option<std::path::PathBuf> {
-    let root = std::env::var_os("PELLICLE_DATA").map_or_else(
-        || std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
-        std::path::PathBuf::from,
-    );
-    let folder = root.join("particles");
-    if !folder.is_dir() {
-        skip(&format!("{} is missing: set PELLICLE_DATA to the folder of test data", folder.display()));
-        return None;
-    }
-    Some(folder)
-}
-
-fn frame(folder: &std::path::Path, file: &str, name: &str, cell_size: f64) {
-    let particles =
-        pellicle_io::read_particles(&folder.join(file), &Default::default()).expect("the frame can be read");
+fn frame(file: &str, name: &str, cell_size: f64) {
+    let Some(path) = particle_file(file) else { return };
+    let particles = pellicle_io::read_particles(&path, &Default::default()).expect("the frame can be read");
     let radius = if file.starts_with("drop") { 0.02 } else { 0.025 };
     let field = ScalarField::from_name(name).expect("a field");
     let mesh = |band| {

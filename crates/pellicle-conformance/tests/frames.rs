@@ -3,28 +3,14 @@
 //! They lie in the folder that `PELLICLE_DATA` names, or in `../shared/data` beside the workspace; without them the tests
 //! say that they are skipped. The frame of a million particles takes part in `cargo xtask test --all`.
 
-use std::path::PathBuf;
-
 use pellicle::{Band, Lanes, Mesh, Params};
-use pellicle_conformance::{Subject, closed, must, same_bytes, skip};
+use pellicle_conformance::{Subject, closed, must, particle_file, same_bytes};
 use pellicle_io::{ReadOptions, read_particles};
-
-/// The folder of frames, or a word that there is none.
-fn folder() -> Option<PathBuf> {
-    let root = std::env::var_os("PELLICLE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let folder = root.join("particles");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    skip(&format!("{} is missing: set PELLICLE_DATA to the folder of test data", folder.display()));
-    None
-}
 
 /// Compares the ways to mesh one frame at one cell size.
 fn judge(name: &str, radius: f64, cell_size: f64) {
-    let Some(folder) = folder() else { return };
-    let particles = read_particles(&folder.join(name), &ReadOptions::default()).expect("the frame can be read");
+    let Some(file) = particle_file(name) else { return };
+    let particles = read_particles(&file, &ReadOptions::default()).expect("the frame can be read");
     let params = Params { cell_size, ..Params::new(radius) };
     let mesh = |threads: usize, band: Band, lanes: Lanes| -> Mesh {
         let subject = Subject { threads, ..Subject::default() };

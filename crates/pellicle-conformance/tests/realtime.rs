@@ -3,27 +3,12 @@
 //! The scenes lie in the folder that `PELLICLE_DATA` names, or in `../shared/data` beside the workspace; without them the
 //! tests say that they are skipped. What needs no data is below them.
 
-use std::path::PathBuf;
-
 use pellicle::{
     Error, Lanes, Mesh,
     realtime::{DrawOrder, Engine, Frame, Params, Reuse, Seeds, Sweep, View},
     sink::{Buffers, CountOnly, Layout},
 };
-use pellicle_conformance::{Random, closed, in_pool, must, same_bytes, skip};
-
-/// Reads raw little-endian `f32` x y z.
-fn scene(name: &str) -> Option<Vec<[f32; 3]>> {
-    let root = std::env::var_os("PELLICLE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let path = root.join("particles").join(name);
-    let Ok(bytes) = std::fs::read(&path) else {
-        skip(&format!("{} is missing: set PELLICLE_DATA to the folder of test data", path.display()));
-        return None;
-    };
-    let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    Some(bytes.chunks_exact(12).map(|p| [number(p), number(&p[4..]), number(&p[8..])]).collect())
-}
+use pellicle_conformance::{Random, closed, in_pool, must, raw_particles, same_bytes, skip};
 
 /// Particles strewn in a box, in clumps and alone.
 fn strewn(count: usize, seed: u64) -> Vec<[f32; 3]> {
@@ -73,7 +58,7 @@ macro_rules! scenes {
     ($($test:ident: $name:literal, $spacing:literal;)*) => { $(
         #[test]
         fn $test() {
-            let Some(positions) = scene($name) else { return };
+            let Some(positions) = raw_particles($name) else { return };
             let params = Params::new(3.0, $spacing);
             let complete = judge(&positions, &params);
             // What the seeds of the published method miss.

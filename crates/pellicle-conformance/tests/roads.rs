@@ -1,17 +1,12 @@
 //! The bulk road and the real-time road make the same surface of the same field on the same lattice: every vertex of one is
 //! one of the other, but where a node's value is so close to the isovalue that rounding decides its side.
-//!
-//! Scenes of Rosenberg & Birdwell 2008 lie in the folder that `PELLICLE_DATA` names, or in `../shared/data` beside the
-//! workspace; without them those tests say that they are skipped.
-
-use std::path::PathBuf;
 
 use pellicle::{
     Mesh, MetaballParams, Params, ScalarField,
     realtime::{self, Engine, Seeds},
     reconstruct,
 };
-use pellicle_conformance::{Random, lonely, skip};
+use pellicle_conformance::{Random, lonely, raw_particles};
 
 const ISO: f64 = 0.2;
 /// As close to the isovalue, relatively, a node's side may be decided by rounding.
@@ -19,19 +14,6 @@ const DOUBT: f64 = 1e-5;
 /// As far apart, in cells, the same vertex of both roads may be. Where the field is flat along an edge, rounding of its
 /// values moves the crossing.
 const APART: f64 = 2e-3;
-
-/// Reads raw little-endian `f32` x y z.
-fn scene(name: &str) -> Option<Vec<[f32; 3]>> {
-    let root = std::env::var_os("PELLICLE_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let path = root.join("particles").join(name);
-    let Ok(bytes) = std::fs::read(&path) else {
-        skip(&format!("{} is missing: set PELLICLE_DATA to the folder of test data", path.display()));
-        return None;
-    };
-    let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-    Some(bytes.chunks_exact(12).map(|p| [number(p), number(&p[4..]), number(&p[8..])]).collect())
-}
 
 /// Triquet's metaballs in 64-bit arithmetic.
 fn value(positions: &[[f32; 3]], reach: f64, at: [f64; 3]) -> f64 {
@@ -78,7 +60,7 @@ fn judge(positions: &[[f32; 3]], reach: f64, spacing: f64, seeds: Seeds) -> usiz
 #[test]
 fn scenes_of_the_paper() {
     for (name, spacing) in [("fountain_f0.xyz", 1.0), ("blob.xyz", 0.3), ("explosion_t1.xyz", 0.6)] {
-        let Some(positions) = scene(name) else { return };
+        let Some(positions) = raw_particles(name) else { return };
         let differ = judge(&positions, 3.0, spacing, Seeds::Complete);
         println!("{name} at {spacing}: {differ} vertices differ");
         assert!(differ < 20, "{name}: {differ}");
