@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Every vertex lies in the middle of what it belongs to: labels have no values to interpolate. What is kept between counting
-//! and writing is a few numbers a row, so memory follows the mesh; samples are read three times.
+//! and writing is a few numbers a row, so memory follows the mesh; samples are read again in each pass.
 //!
 //! Source: see [`cell`]; counting before writing is that of [`super::rows`].
 

@@ -5,8 +5,8 @@
 //! ends     the word after each run, counted from the first row's
 //! ```
 //!
-//! Away from the surface words repeat, through rows that lie inside or outside as a whole; so there are about as many runs as
-//! words that are crossed.
+//! Away from the surface words repeat, through rows that lie inside or outside as a whole; so there are about two runs
+//! for each word that is crossed.
 //!
 //! Source: this project.
 
