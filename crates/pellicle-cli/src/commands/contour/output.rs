@@ -69,6 +69,7 @@ impl Task<'_> {
         let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
         let finish = job.finishing.finish;
+        let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
         if !job.finishing.is_nothing() {
             let mesh_bytes = 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64;
             let needed = held + mesh_bytes + job.finishing.memory(&mesh);
@@ -76,24 +77,23 @@ impl Task<'_> {
         }
         if !finish.is_nothing() {
             self.clock.begin("finish");
-            let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
             finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
         }
         // Planes: a volume has no particles to be mirrored, so the surface is cut where it is.
         for (normal, offset) in job.walls.iter().flat_map(|walls| walls.planes()) {
-            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &Control::default())
-                .map_err(core)?;
+            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &control).map_err(core)?;
         }
         self.clock.begin("write");
         let unit =
             job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
         let options = WriteOptions { comments: self.record(part), up: job.up, metres_per_unit: unit };
+        let mut counts = [mesh.vertices.len(), mesh.triangles.len()];
         let mut quads = None;
         if job.finishing.quads {
-            let paired = pair(mesh, &Pairing::default(), &Control::default()).map_err(core)?;
+            let paired = pair(mesh, &Pairing::default(), &control).map_err(core)?;
             write_quad_mesh(output.path(), &paired, &options)?;
-            quads = Some(paired.quads.len());
-            mesh = paired.triangulated();
+            (counts[1], quads) = (paired.mesh.triangles.len(), Some(paired.quads.len()));
+            mesh = if self.frame.png.is_some() { paired.triangulated() } else { Mesh::default() };
         } else {
             write_mesh(output.path(), &mesh, &options)?;
         }
@@ -108,8 +108,7 @@ impl Task<'_> {
                 png = Some(path);
             }
         }
-        let triangles = mesh.triangles.len() - 2 * quads.unwrap_or(0);
-        let surface = self.written(part, output, [mesh.vertices.len(), triangles])?;
+        let surface = self.written(part, output, counts)?;
         Ok(Surface { png, pieces, quads, ..surface })
     }
 
