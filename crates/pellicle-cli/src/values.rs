@@ -218,6 +218,12 @@ pub fn show_many(count: usize, noun: &str) -> String {
     format!("{} {noun}{}", show_count(count), if count == 1 { "" } else { "s" })
 }
 
+/// `12 triangles`, or `12 triangles, 3 quads` where quads were asked for.
+pub fn show_faces(triangles: usize, quads: Option<usize>) -> String {
+    let quads = quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+    show_many(triangles, "triangle") + &quads
+}
+
 /// A count of vertices, whose plural is its own.
 pub fn show_vertices(count: usize) -> String {
     format!("{} {}", show_count(count), if count == 1 { "vertex" } else { "vertices" })

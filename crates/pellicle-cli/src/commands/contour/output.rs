@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use pellicle::post::cut::{Plane, cut};
+use pellicle::post::cut::{self, Plane, cut};
 use pellicle::post::largest::keep_largest;
 use pellicle::post::quads::{Pairing, pair};
 use pellicle::{Border, Control, Mesh};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::picture;
 use crate::target::Target;
-use crate::values::{show_bytes, show_many, show_vertices};
+use crate::values::{show_bytes, show_faces, show_many, show_vertices};
 
 /// A surface that has been written.
 pub struct Surface {
@@ -33,11 +33,10 @@ pub struct Surface {
 impl Surface {
     /// For people, after the isovalue or the label.
     fn line(&self, job: &Job<'_>) -> String {
-        let (vertices, triangles) = (show_vertices(self.vertices), show_many(self.triangles, "triangle"));
-        let quads = self.quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+        let (vertices, faces) = (show_vertices(self.vertices), show_faces(self.triangles, self.quads));
         let pieces = self.pieces.map(|n| format!(", the largest of {}", show_many(n, "piece"))).unwrap_or_default();
         let (name, output, bytes) = (job.text(self.part), self.output.display(), show_bytes(self.bytes));
-        format!("{name}: {vertices}, {triangles}{quads}{pieces} -> {output}, {bytes}")
+        format!("{name}: {vertices}, {faces}{pieces} -> {output}, {bytes}")
     }
 
     /// For machines.
@@ -70,9 +69,9 @@ impl Task<'_> {
         interrupt::check()?;
         let finish = job.finishing.finish;
         let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
-        if !job.finishing.is_nothing() {
-            let mesh_bytes = 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64;
-            let needed = held + mesh_bytes + job.finishing.memory(&mesh);
+        if !job.finishing.is_nothing() || job.walls.is_some() {
+            let at_walls = if job.walls.is_some() { cut::memory(&mesh) } else { 0 };
+            let needed = held + mesh.bytes() + job.finishing.memory(&mesh).max(at_walls);
             self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
         }
         if !finish.is_nothing() {
