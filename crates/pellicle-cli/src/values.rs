@@ -142,7 +142,8 @@ pub fn parse_range(text: &str) -> Result<[f64; 2], String> {
     range.ok_or_else(|| "must be two finite numbers separated by a comma, the lower one first, such as 0,5".into())
 }
 
-fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+/// So many finite numbers with commas between them.
+pub fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
     numbers?.try_into().ok()

@@ -151,7 +151,7 @@ fn walls_and_a_box_together_leave_nothing_beyond_either() {
     folder.run(&[&line[..], &clamp].concat()).expect(0);
     let report = check(&folder, "both.ply");
     assert_eq!(report["closed_manifold"], true);
-    let mesh = pellicle_io::read_mesh(folder.path("both.ply")).unwrap();
+    let mesh = pellicle_io::read_mesh(&folder.path("both.ply")).unwrap();
     let is_within = |v: &[f32; 3]| {
         let height = 0.1 * v[0] + 0.05 * v[1] + v[2] + 0.4;
         (1.1..=5.37).contains(&v[0]) && (1.2..=6.03).contains(&v[1]) && v[2] <= 4.0 && height > -1e-4

@@ -60,6 +60,9 @@ pub struct Ghosts {
 }
 
 impl Walls {
+    /// As far as this from a wall, in cells, a vertex is on it: its place is rounded to single precision, from the mesh's origin.
+    pub(crate) const ON: f64 = 4e-3;
+
     /// None yet.
     pub fn new() -> Self {
         Self::default()

@@ -28,6 +28,7 @@ use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::Files;
 use crate::sequence::output::is_done;
+use crate::surface::method_name;
 use crate::target::Target;
 use crate::values::{IsoValue, Labels, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
@@ -278,11 +279,7 @@ impl Method {
             Self::Cubes(Level::Classic) => "classic",
             Self::Cubes(Level::Consistent) => "consistent",
             Self::Cubes(Level::Topological) => "topological",
-            Self::Tetrahedra(Tetrahedra::Five) => "tetra5",
-            Self::Tetrahedra(Tetrahedra::Six) => "tetra6",
-            Self::Tetrahedra(Tetrahedra::BodyCentred) => "bcc",
-            Self::Tetrahedra(Tetrahedra::Simplex) => "simplex",
-            Self::Tetrahedra(Tetrahedra::Regularised) => "regularised",
+            Self::Tetrahedra(split) => method_name(split),
         }
     }
 }
