@@ -1,6 +1,7 @@
 //! Volumes of labels: the closed surface of each label, in a file of its own.
 //!
-//! One mesh between all labels is made first, so that what neighbours share is the same in both files, vertex for vertex.
+//! One mesh between all labels is made first, so that what neighbours share is the same in both files, vertex for vertex. What
+//! finishes a mesh works on each label by itself: smoothing moves neighbours apart.
 
 use pellicle::{Control, LabelParams, contour_labels};
 use pellicle_io::{Scaling, VolumeFile};
