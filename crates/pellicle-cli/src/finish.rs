@@ -202,7 +202,9 @@ impl Finishing {
         }
         let weighted = of == Of::Particles && smooth.weights.unwrap_or(true) && smoothing.iterations > 0;
         let (snap, normals) = (smooth.snap.unwrap_or(true), smooth.normals.unwrap_or(10));
-        let finish = Finish { snap, smoothing: Some(smoothing), normals: Some(normals), ..finish };
+        // Quads are best where vertices stay in squares.
+        let zigzag = snap && smoothing.iterations > 0 && !args.quads;
+        let finish = Finish { snap, zigzag, smoothing: Some(smoothing), normals: Some(normals), ..finish };
         Ok(Self { finish, weighted, quads: args.quads })
     }
 
@@ -211,7 +213,7 @@ impl Finishing {
         if self.is_nothing() {
             return None;
         }
-        let Finish { keep, snap, smoothing, decimate, normals, clamp } = self.finish;
+        let Finish { keep, snap, zigzag: _, smoothing, decimate, normals, clamp } = self.finish;
         let on = |is_on| if is_on { "on" } else { "off" };
         let mut words = vec!["finish".to_owned()];
         if keep != Keep::default() {
@@ -258,7 +260,10 @@ mod tests {
         let smoothing = Some(Smoothing { iterations: 5, strength: 0.5, filter: Filter::Laplacian });
         let clamp = Some(Bounds { min: [0.0, -1.0, f64::NEG_INFINITY], max: [1.0, 2.0, 3.0] });
         let decimate = Some(Target::Error(0.5));
-        assert_eq!(found.finish, Finish { keep, snap: false, smoothing, decimate, normals: Some(0), clamp });
+        assert_eq!(
+            found.finish,
+            Finish { keep, snap: false, zigzag: false, smoothing, decimate, normals: Some(0), clamp }
+        );
         assert!(!found.weighted && found.record().is_some());
         let nothing = Finishing::new(&FinishArgs::default(), Of::Volume).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!(nothing, Finishing::default());

@@ -25,6 +25,9 @@ pub struct Finish {
     pub keep: Keep,
     /// Whether vertices with the same nearest lattice node are merged. Default: no.
     pub snap: bool,
+    /// Whether, when they are, diagonals of level parts alternate from row to row, so that smoothing makes triangles there
+    /// equilateral. Without, they keep right angles, which is better where triangles are paired to quads. Default: no.
+    pub zigzag: bool,
     /// How much is smoothed. Default: not at all.
     pub smoothing: Option<Smoothing>,
     /// Where decimation ends, after smoothing. Default: all triangles stay.
@@ -39,7 +42,7 @@ pub struct Finish {
 impl Finish {
     /// No slivers, 25 steps of smoothing, normals averaged 10 times: smooth water from a frame of SPH particles.
     pub fn good_looking() -> Self {
-        Self { snap: true, smoothing: Some(Smoothing::default()), normals: Some(10), ..Self::default() }
+        Self { snap: true, zigzag: true, smoothing: Some(Smoothing::default()), normals: Some(10), ..Self::default() }
     }
 
     /// Whether it does nothing.
@@ -102,7 +105,7 @@ impl Finish {
         let mut stars = Stars::default();
         if self.snap {
             stars.rebuild(&mesh.triangles, mesh.vertices.len());
-            snap::with_stars(mesh, &stars, nodes, control)?;
+            snap::with_stars(mesh, &stars, nodes, self.zigzag, control)?;
         }
         let crowding = crowding.and_then(|_| mesh.attributes.pop());
         let stale = self.smoothing.is_some() && !mesh.normals.is_empty();

@@ -10,12 +10,12 @@
 //!
 //! Flips are found in parallel and chosen one after the other, the
 //! best first, no two with a vertex in common: so they do not depend on each other, and the same are chosen for any number of
-//! threads. An edge that is there already is not made a second time: a closed manifold stays one.
+//! threads. Diagonals of squares ([`zigzag`](super::zigzag)) come before them and may share vertices, but no triangle. An edge that is there already is not made a second time: a closed manifold stays one.
 //!
 //! Source: Botsch & Kobbelt, A Remeshing Approach to Multiresolution Modeling, 2004, section 4, for valences as the goal.
 
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::rebuild::Groups;
 use crate::{
@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Groups looked at by one task.
-const CHUNK: usize = 1 << 12;
+pub(super) const CHUNK: usize = 1 << 12;
 
 /// An edge is worth turning from this valence of an end on.
 const HIGH: u8 = 7;
@@ -46,17 +46,27 @@ pub(super) struct Merged<'a> {
     /// The lowest vertex of each one's group.
     pub target: &'a [u32],
     pub groups: &'a Groups,
+    /// The lattice node of each vertex, packed, if diagonals are to alternate from row to row.
+    pub rows: Option<&'a [u64]>,
 }
 
 /// An edge, and the vertices opposite to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Flip {
+pub(super) struct Flip {
     /// Negative gain: the best come first.
-    loss: i32,
+    pub loss: i32,
     /// Breaks ties, so that equal flips do not queue up.
-    mixed: u32,
-    ends: [u32; 2],
-    wings: [u32; 2],
+    pub mixed: u32,
+    pub ends: [u32; 2],
+    pub wings: [u32; 2],
+}
+
+impl Flip {
+    /// Its vertices, the ends first.
+    pub(super) fn four(&self) -> [u32; 4] {
+        let ([a, b], [c, d]) = (self.ends, self.wings);
+        [a, b, c, d]
+    }
 }
 
 /// Chosen flips. Vertices are named by the lowest of their group.
@@ -66,9 +76,28 @@ pub(super) struct Flips {
     marked: Vec<bool>,
     /// (a, b) ──► (c, d), where the triangles are (a, b, c) and (a, d, b).
     wings: FxHashMap<[u32; 2], [u32; 2]>,
+    /// The edges that flips make, the lower end first.
+    made: FxHashSet<[u32; 2]>,
 }
 
 impl Flips {
+    /// Adds one, unless its triangles are those of another already, or another makes the same edge. Whether it did.
+    pub(super) fn add(&mut self, flip: &Flip) -> bool {
+        let [a, b, c, d] = flip.four();
+        let is_taken = |x: u32, y: u32| self.wings.contains_key(&[x, y]) || self.wings.contains_key(&[y, x]);
+        let is_marked = |v: u32| self.marked[v as usize];
+        let are_near = is_marked(a) && is_marked(b);
+        if are_near && [[a, b], [b, c], [c, a], [b, d], [d, a]].iter().any(|&[x, y]| is_taken(x, y)) {
+            return false;
+        }
+        if !self.made.insert([c.min(d), c.max(d)]) {
+            return false;
+        }
+        [a, b, c, d].iter().for_each(|&v| self.marked[v as usize] = true);
+        self.wings.insert([a, b], [c, d]);
+        true
+    }
+
     /// What a triangle, its corners named by the lowest of their groups, becomes.
     #[inline(always)]
     pub(super) fn turned(&self, triangle: [u32; 3]) -> [u32; 3] {
@@ -96,7 +125,11 @@ impl Merged<'_> {
     /// Chooses the edges to turn.
     pub(super) fn flips(&self) -> Flips {
         let n = self.groups.len();
-        let valences: Vec<u8> = (0..n).into_par_iter().with_min_len(CHUNK).map(|g| self.valence(g)).collect();
+        let mut valences: Vec<u8> = (0..n).into_par_iter().with_min_len(CHUNK).map(|g| self.valence(g)).collect();
+        let mut flips = Flips { marked: vec![false; self.target.len()], ..Flips::default() };
+        if let Some(nodes) = self.rows {
+            self.alternate(nodes, &mut valences, &mut flips);
+        }
         let chunks = (0..n.div_ceil(CHUNK)).into_par_iter();
         let found = chunks.map_init(Vec::new, |fan, chunk| {
             let mut found = Vec::new();
@@ -109,12 +142,11 @@ impl Merged<'_> {
         });
         let mut found: Vec<Flip> = found.flatten_iter().collect();
         found.par_sort_unstable();
-        let mut flips = Flips { marked: vec![false; self.target.len()], wings: FxHashMap::default() };
-        for Flip { ends: [a, b], wings: [c, d], .. } in found {
-            let four = [a, b, c, d];
-            if !four.iter().any(|&v| flips.marked[v as usize]) {
-                four.iter().for_each(|&v| flips.marked[v as usize] = true);
-                flips.wings.insert([a, b], [c, d]);
+        let mut is_part = vec![false; self.target.len()];
+        for flip in found {
+            let four = flip.four();
+            if !four.iter().any(|&v| is_part[v as usize]) && flips.add(&flip) {
+                four.iter().for_each(|&v| is_part[v as usize] = true);
             }
         }
         flips
@@ -135,7 +167,7 @@ impl Merged<'_> {
     }
 
     /// The (next, previous) pairs around a group, named by `here`.
-    fn fan(&self, here: u32, to: &mut Vec<[u32; 2]>) {
+    pub(super) fn fan(&self, here: u32, to: &mut Vec<[u32; 2]>) {
         to.clear();
         for &v in self.groups.members_with(here).unwrap_or_default() {
             for corner in self.stars.corners(v as usize) {
@@ -166,6 +198,11 @@ impl Merged<'_> {
         if !is_ring {
             found.truncate(first);
         }
+        self.keep_allowed(first, fan, found);
+    }
+
+    /// Drops those from number `first` on that would break the surface.
+    pub(super) fn keep_allowed(&self, first: usize, fan: &mut Vec<[u32; 2]>, found: &mut Vec<Flip>) {
         let mut kept = first;
         for i in first..found.len() {
             if self.may_flip(&found[i], fan) {

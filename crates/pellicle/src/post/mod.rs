@@ -20,6 +20,7 @@ mod rebuild;
 pub mod settle;
 pub mod smooth;
 pub mod snap;
+mod zigzag;
 
 pub use finish::Finish;
 

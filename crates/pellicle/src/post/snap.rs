@@ -76,12 +76,19 @@ impl Nodes {
 pub fn snap(mesh: &mut Mesh, nodes: &Nodes, control: &Control<'_>) -> Result<(), Error> {
     nodes.per_unit()?;
     check(mesh)?;
-    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), nodes, control)
+    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), nodes, false, control)
 }
 
-/// The same for a mesh whose stars are known.
-pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, nodes: &Nodes, control: &Control<'_>) -> Result<(), Error> {
-    let mut target = groups(stars, &nearest_nodes(mesh, nodes)?);
+/// The same for a mesh whose stars are known. With `zigzag` the diagonals of level parts alternate.
+pub(super) fn with_stars(
+    mesh: &mut Mesh,
+    stars: &Stars,
+    nodes: &Nodes,
+    zigzag: bool,
+    control: &Control<'_>,
+) -> Result<(), Error> {
+    let nearest = nearest_nodes(mesh, nodes)?;
+    let mut target = groups(stars, &nearest);
     control.check()?;
     let all = Groups::of(&target);
     let mut broken = find_broken(stars, &target, &all);
@@ -91,7 +98,9 @@ pub(super) fn with_stars(mesh: &mut Mesh, stars: &Stars, nodes: &Nodes, control:
         broken = undo(stars, &mut target, &all, &broken);
     }
     let groups = Groups::of(&target);
-    let flips = Merged { mesh, stars, target: &target, groups: &groups }.flips();
+    // The body-centred lattice has no squares of neighbors.
+    let rows = (zigzag && !nodes.has_middles).then_some(&nearest[..]);
+    let flips = Merged { mesh, stars, target: &target, groups: &groups, rows }.flips();
     *mesh = merge_and_turn(mesh, &target, &groups, &flips);
     Ok(())
 }
