@@ -74,27 +74,32 @@ impl Flip {
 pub(super) struct Flips {
     /// Vertices that take part.
     marked: Vec<bool>,
-    /// (a, b) ──► (c, d), where the triangles are (a, b, c) and (a, d, b).
-    wings: FxHashMap<[u32; 2], [u32; 2]>,
-    /// The edges that flips make, the lower end first.
-    made: FxHashSet<[u32; 2]>,
+    /// Edge ──► (a, c, d), where the edge is (a, b) and the triangles are (a, b, c) and (a, d, b).
+    turned: FxHashMap<u64, [u32; 3]>,
+    /// The edges that flips make.
+    made: FxHashSet<u64>,
+}
+
+/// An edge whichever way it runs, as one number: the hash of a pair takes twice as long.
+#[inline(always)]
+fn edge(a: u32, b: u32) -> u64 {
+    u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 
 impl Flips {
     /// Adds one, unless its triangles are those of another already, or another makes the same edge. Whether it did.
     pub(super) fn add(&mut self, flip: &Flip) -> bool {
         let [a, b, c, d] = flip.four();
-        let is_taken = |x: u32, y: u32| self.wings.contains_key(&[x, y]) || self.wings.contains_key(&[y, x]);
+        let sides = [edge(a, b), edge(b, c), edge(c, a), edge(b, d), edge(d, a)];
         let is_marked = |v: u32| self.marked[v as usize];
-        let are_near = is_marked(a) && is_marked(b);
-        if are_near && [[a, b], [b, c], [c, a], [b, d], [d, a]].iter().any(|&[x, y]| is_taken(x, y)) {
+        if is_marked(a) && is_marked(b) && sides.iter().any(|side| self.turned.contains_key(side)) {
             return false;
         }
-        if !self.made.insert([c.min(d), c.max(d)]) {
+        if !self.made.insert(edge(c, d)) {
             return false;
         }
         [a, b, c, d].iter().for_each(|&v| self.marked[v as usize] = true);
-        self.wings.insert([a, b], [c, d]);
+        self.turned.insert(edge(a, b), [a, c, d]);
         true
     }
 
@@ -110,10 +115,11 @@ impl Flips {
     fn look_up(&self, triangle: [u32; 3]) -> [u32; 3] {
         for i in 0..3 {
             let [x, y, z] = [triangle[i], triangle[(i + 1) % 3], triangle[(i + 2) % 3]];
-            if let Some(&[c, d]) = self.wings.get(&[x, y]).filter(|wings| wings[0] == z) {
-                return [x, d, c];
+            let Some(&[a, c, d]) = self.turned.get(&edge(x, y)) else { continue };
+            if x == a && z == c {
+                return [a, d, c];
             }
-            if let Some(&[c, d]) = self.wings.get(&[y, x]).filter(|wings| wings[1] == z) {
+            if y == a && z == d {
                 return [d, x, c];
             }
         }
