@@ -97,7 +97,9 @@ fn cavities_are_found_with_thresholds_of_ones_own() {
         let field = ScalarField::Solenthaler(SolenthalerParams { t_low, t_high, ..SolenthalerParams::default() });
         for (i, hole) in HOLES.into_iter().enumerate() {
             let scene = cavities::bulk(10, 0.15, hole, &mut Random::new(i as u64)).cell_size(1.0);
-            let mesh = |band| must(Subject { band, field: Some(field), ..Subject::default() }.mesh(&scene));
+            let mesh = |band| {
+                must(Subject { band, field: Some(field), ..Subject::default() }.mesh(&scene).map_err(|e| e.to_string()))
+            };
             let same = same_bytes(&mesh(Band::Auto), &mesh(Band::Full));
             must(same.map_err(|e| format!("{}, thresholds {t_low} and {t_high}: {e}", scene.name)));
         }
