@@ -9,18 +9,18 @@ use std::process::Command;
 use crate::tally::Tally;
 use crate::test::{Extent, echo};
 
-/// Runs `tests/*.py` against the program at `binary`.
-pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
+/// Runs `tests/*.py` against the program at `binary`: the counts, and what pytest printed.
+pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> (Tally, String) {
     let python = match interpreter(root, target, extent) {
         Ok(python) => python,
         Err(reason) => {
             let skipped = count_tests(root);
             println!("Python tests skipped, {skipped} of them: {reason}");
-            return Tally { skipped, ..Tally::default() };
+            return (Tally { skipped, ..Tally::default() }, String::new());
         }
     };
     let mut command = Command::new(python);
-    command.args(["-m", "pytest", "tests", "-q", "-rs", "--tb=short", "--color=no"]);
+    command.args(["-m", "pytest", "tests", "-q", "-rfEs", "--tb=short", "--color=no"]);
     command.args(["-p", "no:cacheprovider", "-o", "tmp_path_retention_policy=failed"]);
     command.arg("--basetemp").arg(target.join("pytest"));
     command.current_dir(root).env("PELLICLE_BIN", binary).env("PYTHONDONTWRITEBYTECODE", "1");
@@ -28,13 +28,14 @@ pub fn run(root: &Path, target: &Path, binary: &Path, extent: Extent) -> Tally {
         command.env("PELLICLE_SLOW", "1");
     }
     let (succeeded, output) = echo(&mut command);
-    match Tally::of_pytest(&output) {
+    let tally = match Tally::of_pytest(&output) {
         Some(tally) if succeeded || tally.failed > 0 => tally,
         other => {
             println!("pytest did not come to its end");
             other.unwrap_or_default() + Tally::of_step(false)
         }
-    }
+    };
+    (tally, output)
 }
 
 /// The environment's interpreter, made ready; or why there is none. `PELLICLE_PYTHON` names one that has the packages.

@@ -39,6 +39,24 @@ impl Tally {
     }
 }
 
+/// What a runner said of tests that failed: of `cargo test` the sections headed `failures:`, with
+/// what the tests printed, of pytest the lines of its short summary. Empty if none did.
+pub fn failures(output: &str) -> String {
+    let mut said = String::new();
+    let mut is_inside = false;
+    for line in output.lines() {
+        is_inside = match line {
+            "failures:" => true,
+            _ => is_inside && !line.starts_with("test result: "),
+        };
+        if is_inside || ["FAILED ", "ERROR "].iter().any(|mark| line.starts_with(mark)) {
+            said += line;
+            said.push('\n');
+        }
+    }
+    said
+}
+
 /// `ok. 5 passed; 0 failed; …` or `2 passed, 1 skipped`: numbers before words.
 fn counts(line: &str, separator: char) -> Tally {
     let mut tally = Tally::default();
@@ -105,6 +123,18 @@ mod tests {
         let loud = "===== 1 failed, 2 passed, 3 errors in 65.12s (0:01:05) =====\n";
         assert_eq!(Tally::of_pytest(loud), Some(tally(2, 4, 0)));
         assert_eq!(Tally::of_pytest("no tests ran in 0.01s\n"), Some(Tally::default()));
+    }
+
+    #[test]
+    fn what_failed_is_said_again_and_nothing_else() {
+        let cargo = "test a ... ok\ntest b ... FAILED\n\nsuccesses:\n\n---- a stdout ----\nfine\n\nfailures:\n\n\
+            ---- b stdout ----\nleft: 1\n\nfailures:\n    b\n\n\
+            test result: FAILED. 1 passed; 1 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.00s\n\
+            running 1 test\n";
+        assert_eq!(failures(cargo), "failures:\n\n---- b stdout ----\nleft: 1\n\nfailures:\n    b\n\n");
+        let pytest = "..F\nFAILED tests/test_meshes.py::test_closed - assert 1 == 2\n1 failed, 2 passed in 0.12s\n";
+        assert_eq!(failures(pytest), "FAILED tests/test_meshes.py::test_closed - assert 1 == 2\n");
+        assert_eq!(failures("test a ... ok\n"), "");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use crate::tally::Tally;
+use crate::tally::{Tally, failures};
 use crate::{python, tidy};
 
 /// How much to run.
@@ -19,7 +19,8 @@ pub enum Extent {
 
 /// Runs everything and ends with the totals alone on a line. Whether nothing failed.
 pub fn run(root: &Path, extent: Extent) -> bool {
-    let mut report = Report { started: Instant::now(), lines: Vec::new(), total: Tally::default() };
+    let mut report =
+        Report { started: Instant::now(), lines: Vec::new(), failures: String::new(), total: Tally::default() };
     report.step("formatting", || succeeds(cargo(root, &["fmt", "--all", "--check"])));
     report.step("lints", || {
         succeeds(cargo(root, &["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"]))
@@ -46,27 +47,34 @@ pub fn run(root: &Path, extent: Extent) -> bool {
 struct Report {
     started: Instant,
     lines: Vec<String>,
+    /// What the runners said of tests that failed.
+    failures: String,
     total: Tally,
 }
 
 impl Report {
     /// A check that counts as one.
     fn step(&mut self, name: &str, check: impl FnOnce() -> bool) -> bool {
-        self.suite(name, || Tally::of_step(check())).failed == 0
+        self.suite(name, || (Tally::of_step(check()), String::new())).failed == 0
     }
 
-    /// A check that counts its parts.
-    fn suite(&mut self, name: &str, check: impl FnOnce() -> Tally) -> Tally {
+    /// A check that counts its parts, and gives what its runner printed.
+    fn suite(&mut self, name: &str, check: impl FnOnce() -> (Tally, String)) -> Tally {
         println!("== {name}");
         let started = Instant::now();
-        let tally = check();
+        let (tally, output) = check();
+        self.failures += &failures(&output);
         let verdict = if tally.failed > 0 { "FAILED" } else { "ok" };
         self.lines.push(format!("{name:14} {verdict:6} {tally} ({:.1} s)", started.elapsed().as_secs_f64()));
         self.total = self.total + tally;
         tally
     }
 
+    /// Failures come again at the end: where a log is cut, its middle goes.
     fn finish(self) -> bool {
+        if !self.failures.is_empty() {
+            println!("== failures\n{}", self.failures);
+        }
         println!("== summary, {:.0} s", self.started.elapsed().as_secs_f64());
         for line in &self.lines {
             println!("{line}");
@@ -76,7 +84,7 @@ impl Report {
     }
 }
 
-fn rust_tests(root: &Path, extent: Extent) -> Tally {
+fn rust_tests(root: &Path, extent: Extent) -> (Tally, String) {
     let mut command = cargo(root, &["test", "--workspace", "--no-fail-fast", "--", "--show-output"]);
     if extent == Extent::All {
         command.arg("--include-ignored");
@@ -84,7 +92,8 @@ fn rust_tests(root: &Path, extent: Extent) -> Tally {
     let (succeeded, output) = echo(&mut command);
     let tally = Tally::of_cargo(&output);
     // A test that does not build has no summary line.
-    if succeeded || tally.failed > 0 { tally } else { tally + Tally::of_step(false) }
+    let ends = succeeded || tally.failed > 0;
+    (if ends { tally } else { tally + Tally::of_step(false) }, output)
 }
 
 pub fn cargo(root: &Path, arguments: &[&str]) -> Command {

@@ -9,7 +9,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{self, Phase};
 use crate::machine;
-use crate::plan::{Frame, Plan, is_done};
+use crate::plan::{Frame, Plan};
 use crate::values::show_many;
 
 /// What was made of one frame: a line for people, and what there is to report.
@@ -20,16 +20,16 @@ pub struct Made {
     pub report: Value,
 }
 
-/// Does `work` on each frame of the plan.
+/// Does `work` on each frame of the plan but those that are done already.
 pub fn run(
     plan: &Plan,
-    skip_existing: bool,
+    is_done: impl Fn(&Frame) -> bool,
     console: &Console,
     work: impl Fn(&Frame) -> Result<Made, Failure>,
 ) -> Result<(), Failure> {
     let begun = Instant::now();
     if let Some(frame) = &plan.single {
-        if skip_existing && is_done(frame) {
+        if is_done(frame) {
             console.say(format_args!("{}: is there", frame.output.display()));
             console.report(|| report(frame, "skipped"));
             return Ok(());
@@ -48,7 +48,7 @@ pub fn run(
         if interrupt::is_asked() {
             break;
         }
-        if skip_existing && is_done(frame) {
+        if is_done(frame) {
             skipped += 1;
             reports.push(report(frame, "skipped"));
             console.detail(format_args!("{}: is there", frame.output.display()));

@@ -233,8 +233,8 @@ impl Finishing {
             Target::Triangles(count) => format!("decimate triangles={count}"),
         }));
         words.extend(normals.map(|n| format!("normals={n}")));
-        words.extend(self.quads.then(|| "quads".to_owned()));
         words.extend(clamp.map(|Bounds { min, max }| format!("clamp {min:?} to {max:?}")));
+        words.extend(self.quads.then(|| "quads".to_owned()));
         Some(words.join(" "))
     }
 }

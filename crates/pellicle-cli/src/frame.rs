@@ -22,7 +22,7 @@ use crate::resolve::MeshJob;
 use crate::spray;
 use crate::surface::{Made, Order, make, method_name};
 use crate::target::Target;
-use crate::values::{show_bytes, show_many, show_number, show_vertices};
+use crate::values::{show_bytes, show_faces, show_many, show_number, show_vertices};
 
 /// The particles of a frame, read and chosen.
 #[derive(Debug)]
@@ -206,9 +206,7 @@ impl Outcome {
         if let (Some(count), Some(path)) = (self.sprayed, &frame.spray) {
             console.say(format_args!("  spray: {} in {}", show_many(count, "particle"), path.display()));
         }
-        let quads = quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
-        let triangles = show_many(triangles, "triangle");
-        console.say(format_args!("  surface: {}, {triangles}{quads}", show_vertices(vertices)));
+        console.say(format_args!("  surface: {}, {}", show_vertices(vertices), show_faces(triangles, quads)));
         let path = frame.output.display();
         console.say(format_args!("{path}: {} in {:.3} s", show_bytes(bytes), self.seconds));
         if let Some(png) = &frame.png {
@@ -230,7 +228,7 @@ impl Outcome {
             frame.input.display(),
             frame.output.display(),
             show_many(self.particles, "particle"),
-            show_many(self.made.triangles, "triangle"),
+            show_faces(self.made.triangles, self.made.quads),
             self.seconds
         )
     }

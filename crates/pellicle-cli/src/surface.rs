@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use pellicle::post::{
+    Finish,
     quads::{Pairing, pair},
     settle::{on_walls, settle},
     snap::Nodes,
@@ -131,10 +132,14 @@ pub fn make(
                     .for_each(|(weight, _)| *weight = f32::NAN);
                 mesh.attributes.push(VertexAttribute::new(String::new(), 1, marks));
             }
-            finish.apply(&mut mesh, &nodes, crowding.as_deref(), &control).map_err(core)?;
+            // The cut at the box waits for the walls: what is put back on a wall must not leave the box.
+            let uncut = Finish { clamp: if order.walls.is_some() { None } else { finish.clamp }, ..finish };
+            uncut.apply(&mut mesh, &nodes, crowding.as_deref(), &control).map_err(core)?;
             if let Some(walls) = order.walls {
                 let marks = mesh.attributes.pop().map(|attribute| attribute.values).unwrap_or_default();
                 settle(&mut mesh, walls, &marks, spacing).map_err(core)?;
+                let cut = Finish { clamp: finish.clamp, ..Finish::default() };
+                cut.apply(&mut mesh, &nodes, None, &control).map_err(core)?;
             }
             (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         }

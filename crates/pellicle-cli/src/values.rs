@@ -142,7 +142,8 @@ pub fn parse_range(text: &str) -> Result<[f64; 2], String> {
     range.ok_or_else(|| "must be two finite numbers separated by a comma, the lower one first, such as 0,5".into())
 }
 
-fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+/// So many finite numbers with commas between them.
+pub fn parse_numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|n| n.trim().parse().ok().filter(|n: &f64| n.is_finite())).collect();
     numbers?.try_into().ok()
@@ -216,6 +217,12 @@ pub fn show_count(count: usize) -> String {
 /// A count with its noun: "1 triangle", "2,000 triangles".
 pub fn show_many(count: usize, noun: &str) -> String {
     format!("{} {noun}{}", show_count(count), if count == 1 { "" } else { "s" })
+}
+
+/// `12 triangles`, or `12 triangles, 3 quads` where quads were asked for.
+pub fn show_faces(triangles: usize, quads: Option<usize>) -> String {
+    let quads = quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+    show_many(triangles, "triangle") + &quads
 }
 
 /// A count of vertices, whose plural is its own.

@@ -7,6 +7,7 @@ use pellicle::{Solid, Walls};
 use pellicle_io::read_mesh;
 
 use crate::failure::Failure;
+use crate::values::parse_numbers;
 
 /// A wall as typed.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,9 +46,7 @@ pub fn parse_wall(text: &str) -> Result<Wall, String> {
 }
 
 fn parse<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
-    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|x: &f64| x.is_finite()));
-    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| format!("'{text}' must be {N} numbers"))
+    parse_numbers(text).ok_or_else(|| format!("'{text}' must be {N} numbers"))
 }
 
 /// All walls, their meshes read; `None` without any.

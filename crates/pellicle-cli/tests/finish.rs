@@ -141,6 +141,46 @@ fn the_contact_with_walls_is_flat() {
     folder.run(&["mesh", "cube.xyz", "--wall", "plane=0,1,0,0", "--method", "tetra5"]).expect(2);
 }
 
+/// What is put back on a wall stays in the box of `--clamp`.
+#[test]
+fn walls_and_a_box_together_leave_nothing_beyond_either() {
+    let folder = Folder::new();
+    folder.write_xyz("cube.xyz", &cube(9));
+    let line = ["mesh", "cube.xyz", "-r", "0.5", "--wall", "plane=0.1,0.05,1,-0.4", "--smooth"];
+    let clamp = ["--clamp", "1.1,1.2,-", "5.37,6.03,4", "-o", "both.ply"];
+    folder.run(&[&line[..], &clamp].concat()).expect(0);
+    let report = check(&folder, "both.ply");
+    assert_eq!(report["closed_manifold"], true);
+    let mesh = pellicle_io::read_mesh(&folder.path("both.ply")).unwrap();
+    let is_within = |v: &[f32; 3]| {
+        let height = 0.1 * v[0] + 0.05 * v[1] + v[2] + 0.4;
+        (1.1..=5.37).contains(&v[0]) && (1.2..=6.03).contains(&v[1]) && v[2] <= 4.0 && height > -1e-4
+    };
+    let beyond: Vec<_> = mesh.vertices.iter().filter(|v| !is_within(v)).collect();
+    assert!(beyond.is_empty(), "{} beyond, such as {:?}", beyond.len(), beyond[0]);
+    let on_wall = |v: &&[f32; 3]| (0.1 * v[0] + 0.05 * v[1] + v[2] + 0.4).abs() < 1e-4;
+    assert!(mesh.vertices.iter().filter(on_wall).count() > 30);
+}
+
+/// Each isovalue and each label has a file of its own: all of them must be there.
+#[test]
+fn skipping_judges_every_file_of_a_volume() {
+    let folder = Folder::new();
+    write_ball(&folder, "ball.npy");
+    let line = ["contour", "ball.npy", "--iso", "0,1", "-o", "b.ply", "--skip-existing", "--json"];
+    let status = |line: &[&str]| {
+        let report: serde_json::Value = serde_json::from_str(&folder.run(line).expect(0).stdout).unwrap();
+        report["status"].as_str().unwrap().to_owned()
+    };
+    assert_eq!([status(&line), status(&line)], ["done", "skipped"]);
+    std::fs::remove_file(folder.path("b_1.ply")).unwrap();
+    assert_eq!([status(&line), status(&line)], ["done", "skipped"]);
+    let run = folder.run(&["contour", "ball.npy", "--labels", "all", "--skip-existing"]).expect(2);
+    assert!(run.stderr.contains("name the labels"), "{}", run.stderr);
+    let run = folder.run(&["check", "b_1.ply", "--spacing", "1,1,1"]).expect(2);
+    assert!(run.stderr.contains("--field"), "{}", run.stderr);
+}
+
 #[test]
 fn quads_are_written_where_the_format_holds_them() {
     let folder = Folder::new();

@@ -3,7 +3,7 @@
 //! ```
 //! #[global_allocator]
 //! static ALLOCATOR: pellicle_conformance::allocations::Counting = pellicle_conformance::allocations::Counting;
-//! let (_, count) = pellicle_conformance::allocations::count(|| std::hint::black_box(vec![0u8; 1000]));
+//! let (_, count) = pellicle_conformance::allocations::count(|| drop(std::hint::black_box(vec![0u8; 1000])));
 //! assert_eq!((count.calls, count.peak, count.held), (1, 1000, 0));
 //! ```
 

@@ -14,6 +14,9 @@ use crate::values::{show_count, show_many, show_number, show_vertices};
 
 /// Runs the verb.
 pub fn run(args: &CheckArgs, console: &Console) -> Result<(), Failure> {
+    if let (None, Some(option)) = (&args.field, args.from.given()) {
+        return Err(Failure::Usage(format!("{option} is for the volume of --field, and none is given")));
+    }
     let mesh = pellicle_io::read_mesh(&args.input).map_err(Failure::from)?;
     let report = Report::of(&mesh);
     let verdict = Verdict::of(&report, args.allow_boundary);

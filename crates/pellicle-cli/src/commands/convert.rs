@@ -19,7 +19,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{self, Phase};
 use crate::machine;
-use crate::plan::{Absent, Frame, Plan};
+use crate::plan::{Absent, Frame, Plan, is_done};
 use crate::resolve::{Files, keep_carried, selection};
 use crate::values::{show_bytes, show_many, show_vertices};
 use volume::Volumes;
@@ -51,8 +51,14 @@ pub fn run(args: &ConvertArgs, console: &Console) -> Result<(), Failure> {
     let volumes = Volumes::new(args, choice.crop);
     let job = Job { args, read, choice, volumes, up: args.from.up.into() };
     interrupt::enter(Phase::Working);
-    machine::thread_pool(machine::default_threads())?
-        .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.convert(frame, console)))?;
+    machine::thread_pool(machine::default_threads())?.install(|| {
+        batch::run(
+            &plan,
+            |frame| args.frames.skip_existing && is_done(frame),
+            console,
+            |frame| job.convert(frame, console),
+        )
+    })?;
     if let Some(list) = &plan.pvd {
         let time = |(i, frame): (usize, &Frame)| frame.time.or(frame.number.map(|n| n as f64)).unwrap_or(i as f64);
         let entries: Vec<_> =

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::machine;
 use crate::picture::{self, Subject};
-use crate::plan::{Absent, Frame, Plan};
+use crate::plan::{Absent, Frame, Plan, is_done};
 use crate::resolve::{Files, selection};
 use crate::sequence::pattern::Pattern;
 
@@ -48,12 +48,17 @@ pub fn run(args: &RenderArgs, console: &Console) -> Result<(), Failure> {
             None => None,
         };
         let count = plan.frames.len().max(1) as f64;
-        batch::run(&plan, args.frames.skip_existing, console, |frame| match (&subject, frame.number) {
-            (Some(subject), Some(number)) => {
-                job.draw(frame, subject, &bounds, Some(360.0 * (number - 1) as f64 / count))
-            }
-            _ => job.draw(frame, &job.load(frame)?, &bounds, None),
-        })
+        batch::run(
+            &plan,
+            |frame| args.frames.skip_existing && is_done(frame),
+            console,
+            |frame| match (&subject, frame.number) {
+                (Some(subject), Some(number)) => {
+                    job.draw(frame, subject, &bounds, Some(360.0 * (number - 1) as f64 / count))
+                }
+                _ => job.draw(frame, &job.load(frame)?, &bounds, None),
+            },
+        )
     })?;
     if let Some(line) = film(&plan) {
         console.say(format_args!("A film of them: {line}"));

@@ -6,6 +6,7 @@
 //!
 //! Source: "VTK XML file formats", <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 
+use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
 use super::choose::Candidate;
@@ -58,7 +59,9 @@ fn check_size(
         return Err(fail(path, what));
     }
     let mut bytes = 0u64;
-    for (_, file) in pieces {
+    // A file that is listed again has no more bytes for it.
+    let files: BTreeSet<&PathBuf> = pieces.iter().map(|(_, file)| file).collect();
+    for file in files {
         match std::fs::metadata(file) {
             Ok(found) if found.is_file() => bytes = bytes.saturating_add(found.len()),
             Ok(_) => return Err(fail(path, format!("its piece '{}' is no file", file.display()))),

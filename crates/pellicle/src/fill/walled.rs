@@ -55,9 +55,7 @@ impl WallLattice {
 
     /// Turns the normals of vertices that lie on walls into these.
     pub(crate) fn face(&self, octet: Coord, origin: [f64; 3], vertices: &[[f32; 3]], normals: &mut [[f32; 3]]) {
-        /// Rounding of a vertex in single precision, in cells; see the mesh's origin.
-        const ON: f64 = 4e-3;
-        let within = ON * self.spacing;
+        let within = Walls::ON * self.spacing;
         if !self.is_near(octet.map(|o| o * OCTET), OCTET + 1, within) {
             return;
         }

@@ -88,6 +88,13 @@ impl Mesh {
         std::array::from_fn(|a| self.origin[a] + f64::from(v[a]))
     }
 
+    /// Bytes of its vertices, normals, attributes and triangles.
+    pub fn bytes(&self) -> u64 {
+        let attributes: usize = self.attributes.iter().map(|attribute| size_of_val(&attribute.values[..])).sum();
+        let places = size_of_val(&self.vertices[..]) + size_of_val(&self.normals[..]);
+        (places + attributes + size_of_val(&self.triangles[..])) as u64
+    }
+
     /// The corners of all triangles in the world, but those that are not finite or name no vertex.
     pub fn world_triangles(&self) -> Vec<[[f64; 3]; 3]> {
         let world = |offset| add_scaled(self.origin, offset, 1.0);

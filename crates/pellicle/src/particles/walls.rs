@@ -60,6 +60,9 @@ pub struct Ghosts {
 }
 
 impl Walls {
+    /// As far as this from a wall, in cells, a vertex is on it: its place is rounded to single precision, from the mesh's origin.
+    pub(crate) const ON: f64 = 4e-3;
+
     /// None yet.
     pub fn new() -> Self {
         Self::default()
@@ -79,14 +82,17 @@ impl Walls {
     }
 
     /// With a closed mesh, given by the corners of its triangles in world units, one side of which is wall. Small holes do
-    /// no harm; the orientation, as long as it is the same everywhere, does not matter.
+    /// no harm; the orientation, as long as it is the same everywhere, does not matter. Triangles without area count for
+    /// nothing: their neighbours cover them.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a corner that is not finite.
-    pub fn with_mesh(mut self, triangles: Vec<[[f64; 3]; 3]>, solid: Solid) -> Result<Self, Error> {
+    pub fn with_mesh(mut self, mut triangles: Vec<[[f64; 3]; 3]>, solid: Solid) -> Result<Self, Error> {
         if let Some(&value) = triangles.as_flattened().as_flattened().iter().find(|x| !x.is_finite()) {
             return Err(Error::Parameter { name: "corner", value, must: "finite" });
         }
+        // They have no direction, and a closed mesh is the same without them.
+        triangles.retain(|[a, b, c]| length(cross(subtract(*b, *a), subtract(*c, *a))) > 0.0);
         self.solids.push((Tree::of(triangles), solid));
         Ok(self)
     }

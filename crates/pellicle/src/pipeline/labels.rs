@@ -1,5 +1,7 @@
 //! Road C for labels: volume view → codes → counts → sums → vertices, triangles and the labels beside them.
 
+use rustc_hash::FxHashSet;
+
 use crate::{
     Control, Error, Stage, Volume,
     field::volume::with_samples,
@@ -52,11 +54,11 @@ pub fn contour_labels(volume: &Volume<'_>, params: &LabelParams, control: &Contr
     control.begin(Stage::Active)?;
     with_samples!(volume.samples(), samples => {
         let grid = Grid::new(volume, samples);
-        let mut found = labels(&grid, control)?;
-        if let Some(wanted) = &params.labels {
-            found.retain(|label| wanted.contains(label));
-        }
-        found.retain(|label| params.background != Some(*label));
+        let wanted = params.labels.as_ref().map(|labels| labels.iter().copied().collect::<FxHashSet<i128>>());
+        let is_wanted = |label| {
+            params.background != Some(label) && wanted.as_ref().is_none_or(|wanted| wanted.contains(&label))
+        };
+        let found = labels(&grid, &is_wanted, control)?;
         // Codes have 32 bits, and 0 is outside.
         if found.len() >= u32::MAX as usize {
             return Err(Error::Count { what: "labels", needed: found.len() as u64, available: u64::from(u32::MAX) - 1 });

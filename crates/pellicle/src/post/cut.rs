@@ -75,6 +75,11 @@ pub fn cut(mesh: &mut Mesh, plane: &Plane, control: &Control<'_>) -> Result<(), 
     Ok(())
 }
 
+/// Bytes that a cut takes besides the mesh, at the most: heights, pieces of triangles, and the mesh that is left.
+pub fn memory(mesh: &Mesh) -> u64 {
+    2 * mesh.bytes() + 12 * mesh.vertices.len() as u64 + 40 * mesh.triangles.len() as u64
+}
+
 /// Heights above a plane, in the mesh's own offsets.
 struct Across {
     normal: [f64; 3],

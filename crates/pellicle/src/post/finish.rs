@@ -7,6 +7,7 @@ use super::{
     check,
     clamp::{self, clamp},
     components::{Dropped, Keep, keep},
+    cut,
     decimate::{self, decimate},
     normals,
     smooth::{self, Smoothing},
@@ -48,14 +49,11 @@ impl Finish {
 
     /// Bytes needed besides the mesh, at the most: stars, neighbors, positions twice, and the mesh again where vertices are merged.
     pub fn memory(&self, mesh: &Mesh) -> u64 {
-        let (v, t) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64);
-        let values: u64 = mesh.attributes.iter().map(|a| a.components as u64).sum();
-        let copy = (12 + 12 * u64::from(!mesh.normals.is_empty()) + 4 * values) * v + 12 * t;
+        let (v, t, copy) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64, mesh.bytes());
         let again = if self.snap || self.keep != Keep::default() { copy + 26 * v } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
-        // Heights, pieces of triangles, and the mesh that is left.
-        let cut = if self.clamp.is_some() { 2 * copy + 12 * v + 40 * t } else { 0 };
+        let cut = if self.clamp.is_some() { cut::memory(mesh) } else { 0 };
         8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer).max(cut)
     }
 

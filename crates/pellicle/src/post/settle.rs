@@ -11,12 +11,9 @@ use rayon::prelude::*;
 use super::check;
 use crate::{Error, Mesh, Walls};
 
-/// Rounding of a vertex on a wall, in cells.
-const ON: f64 = 4e-3;
-
 /// 1 for each vertex that lies on a wall, else 0. `spacing` is the lattice's, in world units.
 pub fn on_walls(mesh: &Mesh, walls: &Walls, spacing: f64) -> Vec<f32> {
-    let is_on = |v: usize| f32::from(u8::from(walls.height(mesh.position(v), spacing).abs() <= ON * spacing));
+    let is_on = |v: usize| f32::from(u8::from(walls.height(mesh.position(v), spacing).abs() <= Walls::ON * spacing));
     (0..mesh.vertices.len()).into_par_iter().map(is_on).collect()
 }
 
@@ -43,7 +40,7 @@ pub fn settle(mesh: &mut Mesh, walls: &Walls, marks: &[f32], spacing: f64) -> Re
         }
     });
     mesh.normals.par_iter_mut().zip(&mesh.vertices).for_each(|(normal, vertex)| {
-        if let Some(into) = walls.touched(place(vertex), ON * spacing) {
+        if let Some(into) = walls.touched(place(vertex), Walls::ON * spacing) {
             *normal = into.map(|n| n as f32);
         }
     });

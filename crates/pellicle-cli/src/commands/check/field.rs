@@ -13,6 +13,8 @@ use super::deviation_json;
 use crate::args::CheckArgs;
 use crate::commands::contour::view;
 use crate::failure::Failure;
+use crate::machine;
+use crate::values::show_bytes;
 use crate::volume::Selection;
 
 /// Nearer to the border than this, in cells, is on it: positions of meshes are rounded.
@@ -23,6 +25,14 @@ pub fn measure(args: &CheckArgs, path: &Path, mesh: &Mesh) -> Result<Deviation, 
     let selection = Selection::new(&args.from, args.array.as_ref(), args.step);
     let file = selection.open(path)?;
     let block = selection.block(file.header(), path)?;
+    let (needed, available) = (file.header().bytes(), machine::available_memory());
+    if let Some(available) = available.filter(|available| needed > *available) {
+        let (path, needed, available) = (path.display(), show_bytes(needed), show_bytes(available));
+        let what = format!(
+            "{path}: the samples need {needed} of memory, {available} are free (measure against a smaller volume)"
+        );
+        return Err(Failure::Memory(what));
+    }
     let data = file.read()?;
     let volume = view(&data, block, Border::Open).map_err(|error| Failure::core(path, error))?;
     let interpolant = Interpolant::of(&volume);

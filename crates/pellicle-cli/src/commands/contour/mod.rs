@@ -27,6 +27,8 @@ use crate::interrupt;
 use crate::machine;
 use crate::plan::{Absent, Frame, Plan};
 use crate::resolve::Files;
+use crate::sequence::output::is_done;
+use crate::surface::method_name;
 use crate::target::Target;
 use crate::values::{IsoValue, Labels, show_argument, show_bytes, show_number};
 use crate::volume::statistics::Statistics;
@@ -99,9 +101,15 @@ pub fn run(args: &ContourArgs, console: &Console) -> Result<(), Failure> {
     {
         return Err(job.without_isovalue(&frame.input));
     }
+    let skips = args.frames.skip_existing;
+    if skips && matches!(job.labels, Some(Labels::All)) {
+        let what =
+            "--skip-existing: which files --labels all makes is not known before the volume is read (name the labels)";
+        return Err(Failure::Usage(what.into()));
+    }
     let threads = args.machine.threads.unwrap_or_else(machine::default_threads);
     machine::thread_pool(threads)?
-        .install(|| batch::run(&plan, args.frames.skip_existing, console, |frame| job.contour(frame)))
+        .install(|| batch::run(&plan, |frame| skips && job.is_done(frame), console, |frame| job.contour(frame)))
 }
 
 impl<'a> Job<'a> {
@@ -173,6 +181,17 @@ impl<'a> Job<'a> {
             }
             (None, _) => "no isovalue is given, and there are no values but NaN".into(),
         })
+    }
+
+    /// Whether all files of a frame are there and not older than the volume.
+    fn is_done(&self, frame: &Frame) -> bool {
+        let isos = (0..self.isos.len()).map(Part::Iso);
+        let labels = match self.labels {
+            Some(Labels::Some(labels)) => labels.as_slice(),
+            _ => &[],
+        };
+        let mut parts = isos.chain(labels.iter().copied().map(Part::Label));
+        parts.all(|part| is_done(&frame.input, &self.named(&frame.output, part)))
     }
 
     /// Makes the surfaces of a frame.
@@ -260,11 +279,7 @@ impl Method {
             Self::Cubes(Level::Classic) => "classic",
             Self::Cubes(Level::Consistent) => "consistent",
             Self::Cubes(Level::Topological) => "topological",
-            Self::Tetrahedra(Tetrahedra::Five) => "tetra5",
-            Self::Tetrahedra(Tetrahedra::Six) => "tetra6",
-            Self::Tetrahedra(Tetrahedra::BodyCentred) => "bcc",
-            Self::Tetrahedra(Tetrahedra::Simplex) => "simplex",
-            Self::Tetrahedra(Tetrahedra::Regularised) => "regularised",
+            Self::Tetrahedra(split) => method_name(split),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use pellicle::post::cut::{Plane, cut};
+use pellicle::post::cut::{self, Plane, cut};
 use pellicle::post::largest::keep_largest;
 use pellicle::post::quads::{Pairing, pair};
 use pellicle::{Border, Control, Mesh};
@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::picture;
 use crate::target::Target;
-use crate::values::{show_bytes, show_many, show_vertices};
+use crate::values::{show_bytes, show_faces, show_many, show_vertices};
 
 /// A surface that has been written.
 pub struct Surface {
@@ -33,11 +33,10 @@ pub struct Surface {
 impl Surface {
     /// For people, after the isovalue or the label.
     fn line(&self, job: &Job<'_>) -> String {
-        let (vertices, triangles) = (show_vertices(self.vertices), show_many(self.triangles, "triangle"));
-        let quads = self.quads.map(|n| format!(", {}", show_many(n, "quad"))).unwrap_or_default();
+        let (vertices, faces) = (show_vertices(self.vertices), show_faces(self.triangles, self.quads));
         let pieces = self.pieces.map(|n| format!(", the largest of {}", show_many(n, "piece"))).unwrap_or_default();
         let (name, output, bytes) = (job.text(self.part), self.output.display(), show_bytes(self.bytes));
-        format!("{name}: {vertices}, {triangles}{quads}{pieces} -> {output}, {bytes}")
+        format!("{name}: {vertices}, {faces}{pieces} -> {output}, {bytes}")
     }
 
     /// For machines.
@@ -69,31 +68,31 @@ impl Task<'_> {
         let pieces = job.keeps_largest.then(|| keep_largest(&mut mesh)).transpose().map_err(core)?;
         interrupt::check()?;
         let finish = job.finishing.finish;
-        if !job.finishing.is_nothing() {
-            let mesh_bytes = 12 * (mesh.vertices.len() + mesh.triangles.len()) as u64;
-            let needed = held + mesh_bytes + job.finishing.memory(&mesh);
+        let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
+        if !job.finishing.is_nothing() || job.walls.is_some() {
+            let at_walls = if job.walls.is_some() { cut::memory(&mesh) } else { 0 };
+            let needed = held + mesh.bytes() + job.finishing.memory(&mesh).max(at_walls);
             self.budget.claim(needed, "the mesh and its finishing", "it is finished as a whole")?;
         }
         if !finish.is_nothing() {
             self.clock.begin("finish");
-            let control = Control { cancel: Some(&interrupt::TOKEN), ..Control::default() };
             finish.apply(&mut mesh, &self.nodes(), None, &control).map_err(core)?;
         }
         // Planes: a volume has no particles to be mirrored, so the surface is cut where it is.
         for (normal, offset) in job.walls.iter().flat_map(|walls| walls.planes()) {
-            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &Control::default())
-                .map_err(core)?;
+            cut(&mut mesh, &Plane { normal: normal.map(|n| -n), offset: -offset }, &control).map_err(core)?;
         }
         self.clock.begin("write");
         let unit =
             job.metres_per_unit.unwrap_or_else(|| metres(&self.header.unit) / job.selection.scale.unwrap_or(1.0));
         let options = WriteOptions { comments: self.record(part), up: job.up, metres_per_unit: unit };
+        let mut counts = [mesh.vertices.len(), mesh.triangles.len()];
         let mut quads = None;
         if job.finishing.quads {
-            let paired = pair(mesh, &Pairing::default(), &Control::default()).map_err(core)?;
+            let paired = pair(mesh, &Pairing::default(), &control).map_err(core)?;
             write_quad_mesh(output.path(), &paired, &options)?;
-            quads = Some(paired.quads.len());
-            mesh = paired.triangulated();
+            (counts[1], quads) = (paired.mesh.triangles.len(), Some(paired.quads.len()));
+            mesh = if self.frame.png.is_some() { paired.triangulated() } else { Mesh::default() };
         } else {
             write_mesh(output.path(), &mesh, &options)?;
         }
@@ -108,8 +107,7 @@ impl Task<'_> {
                 png = Some(path);
             }
         }
-        let triangles = mesh.triangles.len() - 2 * quads.unwrap_or(0);
-        let surface = self.written(part, output, [mesh.vertices.len(), triangles])?;
+        let surface = self.written(part, output, counts)?;
         Ok(Surface { png, pieces, quads, ..surface })
     }
 

@@ -31,11 +31,15 @@ pub(crate) struct Coded<'a, T> {
 /// Rows that one task reads.
 const GROUP: usize = 32;
 
-/// The labels of a volume, ascending.
+/// The labels of a volume that are wanted, ascending. What is held besides are wanted ones alone, once for each thread at work.
 ///
 /// # Errors
 /// [`Error::Parameter`] for a sample that is no whole number, [`Error::Cancelled`].
-pub(crate) fn labels<T: Scalar>(grid: &Grid<'_, T>, control: &Control<'_>) -> Result<Vec<i128>, Error> {
+pub(crate) fn labels<T: Scalar>(
+    grid: &Grid<'_, T>,
+    is_wanted: &(dyn Fn(i128) -> bool + Sync),
+    control: &Control<'_>,
+) -> Result<Vec<i128>, Error> {
     let shape = *grid.shape();
     let of_group = |group: usize| {
         control.check()?;
@@ -47,7 +51,7 @@ pub(crate) fn labels<T: Scalar>(grid: &Grid<'_, T>, control: &Control<'_>) -> Re
                 let Some(sample) = row.present(i) else { continue };
                 if last != Some(sample) {
                     last = Some(sample);
-                    if let Some(label) = whole(sample)? {
+                    if let Some(label) = whole(sample)?.filter(|label| is_wanted(*label)) {
                         found.insert(label);
                     }
                 }

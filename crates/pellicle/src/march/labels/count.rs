@@ -8,22 +8,23 @@ use super::{
     cell::{meets, polygonize},
     codes::Codes,
 };
-use crate::{Control, Error, march::rows::Shape, math::bits::ones};
+use crate::{
+    Control, Error,
+    march::rows::{
+        Shape,
+        places::{self, Places},
+    },
+    math::bits::ones,
+};
 
 /// Kinds of vertices: of edges along x, y, z, of xy, xz, yz faces, of cells.
 pub(crate) const KINDS: usize = 7;
 
-/// Where a row's vertices and triangles begin, or, before they are summed up, how many it has.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Place {
-    pub(crate) vertices: [u32; KINDS],
-    pub(crate) triangles: u64,
-}
+/// Of each row: vertices of all kinds.
+pub(crate) type Place = places::Place<KINDS>;
 
 /// The counted rows of a lattice, and the end.
-pub(crate) struct Counted {
-    places: Vec<Place>,
-}
+pub(crate) type Counted = Places<KINDS>;
 
 /// Rows that one task handles.
 pub(crate) const GROUP: usize = 32;
@@ -44,43 +45,7 @@ impl Counted {
             });
             Ok(())
         })?;
-        let mut counted = Self { places };
-        counted.sum()?;
-        Ok(counted)
-    }
-
-    /// Turns counts into places.
-    fn sum(&mut self) -> Result<(), Error> {
-        let (mut vertices, mut triangles) = (0u64, 0u64);
-        for place in &mut self.places {
-            let counts = std::mem::take(place);
-            for (start, count) in place.vertices.iter_mut().zip(counts.vertices) {
-                // Beyond u32 the numbers are not used: an error follows.
-                *start = vertices as u32;
-                vertices += u64::from(count);
-            }
-            place.triangles = triangles;
-            triangles += counts.triangles;
-        }
-        if vertices > u64::from(u32::MAX) {
-            return Err(Error::Count { what: "vertices", needed: vertices, available: u32::MAX.into() });
-        }
-        Ok(())
-    }
-
-    /// Bytes of the places of so many rows.
-    pub(crate) fn bytes(rows: usize) -> u64 {
-        (rows as u64 + 1) * size_of::<Place>() as u64
-    }
-
-    /// Where a row begins; `rows` is the end.
-    pub(crate) fn place(&self, row: usize) -> &Place {
-        &self.places[row]
-    }
-
-    /// Vertices and triangles.
-    pub(crate) fn totals(&self) -> [usize; 2] {
-        self.places.last().map_or([0; 2], |end| [end.vertices[0] as usize, end.triangles as usize])
+        Self::of(places, 0)
     }
 }
 

@@ -6,25 +6,22 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Iso, Rows, Shape, classify::Signs};
+use super::{
+    Iso, Rows, Shape,
+    classify::Signs,
+    places::{self, Places},
+};
 use crate::{
     Error,
     march::{cubes::count::crossed_cells, tables::COUNTS},
     math::simd::{Kernel, Simd, Unit},
 };
 
-/// Where a row's vertices and triangles begin, or, before they are summed up, how many it has.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Place {
-    /// Vertices of edges along x, y, z, and of cells.
-    pub(crate) vertices: [u32; 4],
-    pub(crate) triangles: u64,
-}
+/// Of each row: vertices of edges along x, y, z, and of cells.
+pub(crate) type Place = places::Place<4>;
 
 /// The counted rows of a lattice, and the end.
-pub(crate) struct Counted {
-    places: Vec<Place>,
-}
+pub(crate) type Counted = Places<4>;
 
 impl Counted {
     /// Counts the rows from `first_row` on for one isovalue; those before it count as empty. Vertices are numbered from
@@ -49,39 +46,7 @@ impl Counted {
             let to = &mut to[rows.start - begin..];
             unit.run(CountRows { grid, signs, iso, rows, to });
         });
-        let mut counted = Self { places };
-        counted.sum(first_vertex)?;
-        Ok(counted)
-    }
-
-    /// Turns counts into places.
-    fn sum(&mut self, first_vertex: u32) -> Result<(), Error> {
-        let (mut vertices, mut triangles) = (u64::from(first_vertex), 0u64);
-        for place in &mut self.places {
-            let counts = std::mem::take(place);
-            for (start, count) in place.vertices.iter_mut().zip(counts.vertices) {
-                // Beyond u32 the numbers are not used: an error follows.
-                *start = vertices as u32;
-                vertices += u64::from(count);
-            }
-            place.triangles = triangles;
-            triangles += counts.triangles;
-        }
-        if vertices > u64::from(u32::MAX) {
-            return Err(Error::Count { what: "vertices", needed: vertices, available: u32::MAX.into() });
-        }
-        Ok(())
-    }
-
-    /// Bytes of the places of so many rows.
-    pub(crate) fn bytes(rows: usize) -> u64 {
-        (rows as u64 + 1) * size_of::<Place>() as u64
-    }
-
-    /// Where a row begins; `rows` is the end.
-    #[inline(always)]
-    pub(crate) fn place(&self, row: usize) -> &Place {
-        &self.places[row]
+        Self::of(places, first_vertex)
     }
 }
 

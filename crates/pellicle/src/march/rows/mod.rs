@@ -28,6 +28,7 @@ pub(crate) mod classify;
 pub(crate) mod count;
 pub(crate) mod function;
 pub(crate) mod normals;
+pub(crate) mod places;
 pub(crate) mod runs;
 pub(crate) mod soup;
 pub(crate) mod triangles;

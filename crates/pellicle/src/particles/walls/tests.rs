@@ -108,6 +108,21 @@ fn the_same_bytes_for_threads_bands_and_limits() {
 }
 
 #[test]
+fn triangles_without_area_change_nothing() {
+    let particles = water([10, 10, 6]);
+    let params = Params { normals: true, ..Params::new(0.05) };
+    // The order matters, the tree's halves too: without area first, all over one edge, and a point.
+    let (low, high) = ([0.3; 3], [0.52, 0.47, 0.9]);
+    let flat = [[0.3, 0.3, 0.4], [0.3, 0.3, 0.55], [0.3, 0.3, 0.7]];
+    let mut with_flat = vec![flat, [flat[1]; 3], [flat[2], flat[0], flat[1]]];
+    with_flat.extend(box_mesh(low, high));
+    let of = |triangles| surface(&particles, basin().with_mesh(triangles, Solid::Inside).unwrap(), &params);
+    let found = of(with_flat);
+    assert!(found.normals.iter().flatten().all(|n| n.is_finite()));
+    assert_eq!(found, of(box_mesh(low, high)));
+}
+
+#[test]
 fn ghosts_are_mirrored_also_in_corners_and_not_through_plates() {
     let (at, params) = ([[0.1875, 0.25, 5.0]], Params::new(0.0625));
     let corner = Walls::new().with_plane([1.0, 0.0, 0.0], 0.0).unwrap().with_plane([0.0, 3.0, 0.0], 0.0).unwrap();

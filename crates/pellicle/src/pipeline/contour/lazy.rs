@@ -161,10 +161,8 @@ impl<'a> Lazy<'a> {
                 signs,
                 kept.first_vertex as u32,
             );
-            // The vertices have been counted before.
-            if let Ok(window) = window {
-                work(&window, [kept.first_vertex as usize, kept.first_triangle as usize]);
-            }
+            let window = window.expect("no more vertices than were counted");
+            work(&window, [kept.first_vertex as usize, kept.first_triangle as usize]);
         }
     }
 }

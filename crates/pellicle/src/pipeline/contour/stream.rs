@@ -116,11 +116,8 @@ impl<T: StreamSample> ContourStream<T> {
             return Err(Error::Parameter { name: "normals", value: f64::NAN, must });
         }
         let iso = params.isos(&[iso])?[0];
-        let mut batch = BATCH_NODES.div_ceil(shape.dims[0] * shape.dims[1]).max(4);
-        // Most of the memory is for the pieces.
-        while batch > 1 && params.max_memory.is_some_and(|limit| Self::held(&whole, batch) > limit / 8) {
-            batch = batch.div_ceil(2);
-        }
+        let batch = BATCH_NODES.div_ceil(shape.dims[0] * shape.dims[1]).max(4);
+        let batch = Self::fitting(&whole, batch, params.max_memory);
         check_memory(params.max_memory, "the slabs at hand", Self::held(&whole, batch))?;
         Ok(Self {
             dims: shape.dims,
@@ -137,6 +134,14 @@ impl<T: StreamSample> ContourStream<T> {
         })
     }
 
+    /// So many slabs, or fewer where they would take more than an eighth of the limit: most of the memory is for the pieces.
+    fn fitting(whole: &Shape, mut batch: usize, max_memory: Option<u64>) -> usize {
+        while batch > 1 && max_memory.is_some_and(|limit| Self::held(whole, batch) > limit / 8) {
+            batch = batch.div_ceil(2);
+        }
+        batch
+    }
+
     /// Bytes of the slabs at hand when so many are marched, and of their signs.
     fn held(whole: &Shape, batch: usize) -> u64 {
         let slabs = whole.nodes[2].min(batch + 4);
@@ -146,8 +151,11 @@ impl<T: StreamSample> ContourStream<T> {
     }
 
     /// With this many slabs marched at a time, at least 1, in place of about two million nodes: less memory, smaller pieces.
+    /// Fewer, where the limit of memory has no room for so many.
     pub fn with_batch(self, slabs: usize) -> Self {
-        Self { batch: slabs.max(1), ..self }
+        // More slabs than there are wait for no more.
+        let batch = Self::fitting(&self.whole, slabs.clamp(1, self.whole.nodes[2]), self.max_memory);
+        Self { batch, ..self }
     }
 
     /// Nodes of a slab.
