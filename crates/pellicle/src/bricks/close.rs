@@ -25,7 +25,7 @@ static TOUCHING: [[u64; 27]; 8] = {
             let mut a = 0;
             while a < 3 {
                 // Its lower nodes are even, its upper ones odd.
-                let side = (n >> (2 * a) & 1) as i32;
+                let side = n >> (2 * a) & 1;
                 touches &= d[a] == 0 || side == (d[a] + 1) / 2;
                 a += 1;
             }
