@@ -6,6 +6,8 @@
 //!
 //! Source: Akinci et al. 2012, section 4.1: *pure Z-index sort*.
 
+use std::cell::RefCell;
+
 use pellicle::internals::{Brought, Kernel, LANES, Simd, Summed, Unit};
 use rayon::prelude::*;
 
@@ -29,13 +31,15 @@ impl<F: Summed<C>, const C: usize> Gather<'_, F, C> {
     /// Values of all nodes, in the current pool.
     pub fn run(&self, unit: Unit, values: &mut [f32]) {
         let slab = self.grid.nodes[0] * self.grid.nodes[1] * self.brick;
-        values.par_chunks_mut(slab).enumerate().with_max_len(1).for_each_init(
-            <[List; 2]>::default,
-            |lists, (number, values)| {
-                unit.run(Slab { of: *self, first: number * self.brick, lists, values });
-            },
-        );
+        values.par_chunks_mut(slab).enumerate().with_max_len(1).for_each(|(number, values)| {
+            LISTS.with_borrow_mut(|lists| unit.run(Slab { of: *self, first: number * self.brick, lists, values }));
+        });
     }
+}
+
+thread_local! {
+    /// A thread's lists, kept from slab to slab.
+    static LISTS: RefCell<[List; 2]> = RefCell::default();
 }
 
 /// Candidates: axes, then columns.

@@ -60,7 +60,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
     }
     let bench = Bench { sink, runs, threads };
     if search {
-        return search::run(&bench);
+        return search::run(&bench, large);
     }
     let scenes = scenes::all();
     bench.scenes(&scenes, large.as_ref())?;

@@ -60,6 +60,21 @@ impl Sink {
         }
     }
 
+    /// What a rival takes with some size.
+    pub fn size(self, row: &Row<'_>) {
+        let taken = row.taken;
+        if self == Self::Json {
+            let mut json = row.json();
+            json["size"] = format!("{:?}", row.method).into();
+            return println!("{json}");
+        }
+        let (ms, mb) = (1e3 * taken.seconds(), taken.bytes as f64 / 1e6);
+        println!(
+            "{}, cell {} r, {:?}, {} threads: {ms:.0} ms, {mb:.1} MB",
+            row.field, row.cell, row.method, row.threads
+        );
+    }
+
     /// One row; `base` is what the first one of the table took.
     pub fn row(self, row: &Row<'_>, base: f64, difference: Option<Difference>, theirs: Option<paper::Cost>) {
         let taken = row.taken;

@@ -7,10 +7,10 @@
 //!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Of those some fields
 //!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)).
 //! 2. **Fill** what is wanted.
-//! 3. **Close**: a brick without values stands for 64 equal signs. Where a node of a filled brick disagrees with a brick
-//!    that it touches (through a face, an edge or a corner), that brick is wanted, too. Repeat until none is.
+//! 3. **Close** ([`close`](super::close)): an eighth of a brick without values stands for eight equal signs. Where a node of a filled
+//!    one disagrees with another that it touches (through a face, an edge or a corner), that is wanted, too. Repeat until none is.
 //!
-//! After that no cell that touches an unfilled brick is crossed, so the surface of the filled bricks is closed. It is the
+//! After that no cell that touches an unfilled eighth is crossed, so the surface of the filled bricks is closed. It is the
 //! whole surface unless a piece of it lies within sure cells altogether. The bounds leave room for all that was seen;
 //! equality with the full evaluation is tested on real frames and on cavities made to defeat it, not proven.
 //!
@@ -22,15 +22,16 @@ use std::{f64::consts::PI, ops::RangeInclusive};
 use rayon::prelude::*;
 
 use super::{
+    close::find_disagreeing,
     marks::{Marks, Nodes},
     store::{Octet, Source, Store},
 };
 use crate::{
     Error, Stage,
-    fill::{Values, simd::Sampling},
+    fill::{Values, eighths, simd::Sampling},
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
     lookup::{cells::Cells, directory::Cursor, gather::REACH},
-    math::bits::{corner_sets, node_bit, ones, side_mask},
+    math::bits::{corner_sets, node_bit, ones},
 };
 
 /// Sets of a coarse brick: nodes that may be inside, that are, and that clearly are.
@@ -46,9 +47,9 @@ pub(crate) struct Band {
     pub(crate) has_values: bool,
     /// What of the fine bricks may take part; all but with [`Look::Near`].
     pub(crate) marks: Marks,
-    done: Vec<(u32, u8)>,
-    /// For each group of octets, the bricks that they ask for.
-    requests: Vec<Vec<(Coord, u8)>>,
+    done: Vec<(u32, u64)>,
+    /// For each group of octets, the eighths that they ask for.
+    requests: Vec<Vec<(Coord, u64)>>,
 }
 
 /// Where to look.
@@ -60,6 +61,15 @@ pub(crate) enum Look<'a> {
     Everywhere,
     /// Within these boxes of nodes, and nowhere else: the surface may end there.
     Near(&'a [Nodes]),
+}
+
+/// The least that is filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Grain {
+    /// Eighths of bricks, of fields that can; other nodes of their bricks have a sign and no value.
+    Eighths,
+    /// Whole bricks.
+    Bricks,
 }
 
 /// Octets that one task looks through.
@@ -75,7 +85,7 @@ pub(crate) struct Budget {
 }
 
 impl Band {
-    /// Finds and fills all bricks that matter. `step` is the node distance in support units; `sampler` has the field that is sampled
+    /// Finds and fills all that matters. `step` is the node distance in support units; `sampler` has the field that is sampled
     /// on the coarse lattice.
     pub(crate) fn find(
         &mut self,
@@ -83,9 +93,11 @@ impl Band {
         sampler: &Source<'_>,
         step: f64,
         look: Look<'_>,
+        grain: Grain,
         mut budget: Budget,
     ) -> Result<(), Error> {
         self.fine.clear();
+        self.fine.whole = grain == Grain::Bricks;
         self.coarse.clear();
         self.marks.clear();
         let bounds = source.field.bounds();
@@ -133,7 +145,8 @@ impl Band {
         let (coarse, mut cursor) = (&self.coarse, Cursor::default());
         for &brick in bricks {
             let at = brick.map(|b| b >> 1);
-            self.fine.want(at, brick_bit(brick), |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
+            let own = eighths::of_bricks(brick_bit(brick));
+            self.fine.want(at, own, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
         self.fill_waiting(source, step, multiple, budget)
     }
@@ -158,7 +171,7 @@ impl Band {
         Ok(())
     }
 
-    /// Wants the fine bricks in coarse cells that are not sure.
+    /// Wants the fine eighths in coarse cells that are not sure.
     fn want_unsure(&mut self, multiple: i32, budget: Budget) -> Result<(), Error> {
         let coarse = &self.coarse;
         let found = &mut self.requests;
@@ -170,16 +183,16 @@ impl Band {
         found.resize_with(groups.max(found.len()), Vec::new);
         coarse.octets.par_chunks(GROUP).zip(&mut *found).for_each(|(octets, found)| {
             found.clear();
-            octets.iter().for_each(|octet| for_each_unsure(coarse, octet, |cell| push_bricks(found, cell, multiple)));
+            octets.iter().for_each(|octet| for_each_unsure(coarse, octet, |cell| push_eighths(found, cell, multiple)));
         });
         let mut cursor = Cursor::default();
-        for (at, bricks) in found[..groups].iter().flatten() {
-            self.fine.want(*at, *bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
+        for (at, eighths) in found[..groups].iter().flatten() {
+            self.fine.want(*at, *eighths, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
         Ok(())
     }
 
-    /// Wants the bricks that disagree with one just filled.
+    /// Wants the eighths that disagree with one just filled.
     fn want_disagreeing(&mut self, multiple: i32) {
         let (coarse, fine) = (&self.coarse, &self.fine);
         let found = &mut self.requests;
@@ -188,14 +201,14 @@ impl Band {
         self.done.par_chunks(GROUP).zip(&mut *found).for_each(|(done, found)| {
             found.clear();
             let mut cursor = Cursor::default();
-            for &(id, bricks) in done {
-                let inside = |octet| inside_bricks(coarse, &mut cursor, octet, multiple);
-                find_disagreeing(fine, &fine.octets[id as usize], bricks, inside, found);
+            for &(id, fresh) in done {
+                let inside = |octet| inside_eighths(coarse, &mut cursor, octet, multiple);
+                find_disagreeing(fine, &fine.octets[id as usize], fresh, inside, found);
             }
         });
         let mut cursor = Cursor::default();
-        for &(at, bricks) in found[..groups].iter().flatten() {
-            self.fine.want(at, bricks, |octet| inside_bricks(coarse, &mut cursor, octet, multiple));
+        for &(at, eighths) in found[..groups].iter().flatten() {
+            self.fine.want(at, eighths, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
     }
 }
@@ -250,7 +263,7 @@ fn want_reached<const SETS: usize>(
             for y in range[1].clone() {
                 for x in range[0].clone() {
                     let brick = [x, y, z];
-                    store.want(brick.map(|b| b >> 1), brick_bit(brick), |_| 0);
+                    store.want(brick.map(|b| b >> 1), eighths::of_bricks(brick_bit(brick)), |_| 0);
                 }
             }
         }
@@ -318,146 +331,54 @@ fn count_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet) -> u64 {
     count
 }
 
-/// Adds the fine bricks that a coarse cell touches.
-fn push_bricks(found: &mut Vec<(Coord, u8)>, cell: Coord, multiple: i32) {
-    let range = cell.map(|c| (c * multiple).div_euclid(BRICK)..=((c + 1) * multiple - 1).div_euclid(BRICK));
-    for z in range[2].clone() {
-        for y in range[1].clone() {
-            for x in range[0].clone() {
+/// Adds the fine eighths that make up a coarse cell. Coarse steps are powers of two from 2 on.
+fn push_eighths(found: &mut Vec<(Coord, u64)>, cell: Coord, multiple: i32) {
+    let side = multiple / 2;
+    let first = cell.map(|c| c * side);
+    if side == 1 {
+        return ask(found, first.map(|e| e >> 2), 1 << node_bit_of(first));
+    }
+    // Whole bricks: a cell of two eighths along an axis is one.
+    let bricks = first.map(|e| e >> 1..=(e + side - 1) >> 1);
+    for z in bricks[2].clone() {
+        for y in bricks[1].clone() {
+            for x in bricks[0].clone() {
                 let brick = [x, y, z];
-                let at = brick.map(|b| b >> 1);
-                match found.last_mut() {
-                    Some((last, bricks)) if *last == at => *bricks |= brick_bit(brick),
-                    _ => found.push((at, brick_bit(brick))),
-                }
+                ask(found, brick.map(|b| b >> 1), eighths::of_bricks(brick_bit(brick)));
             }
         }
     }
 }
 
-/// Which bricks of a fine octet are inside, by the coarse sample at or below each brick's first node.
+/// Adds eighths of an octet.
+pub(super) fn ask(found: &mut Vec<(Coord, u64)>, at: Coord, eighths: u64) {
+    match found.last_mut() {
+        Some((last, asked)) if *last == at => *asked |= eighths,
+        _ => found.push((at, eighths)),
+    }
+}
+
+/// Place of an eighth, or of a node, among the 64 of its octet, or brick.
+#[inline(always)]
+fn node_bit_of(at: Coord) -> usize {
+    node_bit(at[0] as usize & 3, at[1] as usize & 3, at[2] as usize & 3)
+}
+
+/// Which eighths of a fine octet are inside, by the coarse sample at or below each one's first node.
 ///
-/// Coarse steps are powers of two, so that those samples lie in one coarse brick.
-fn inside_bricks(coarse: &Store<COARSE_SETS>, cursor: &mut Cursor, octet: Coord, multiple: i32) -> u8 {
+/// Coarse steps are powers of two from 2 on, so that those samples lie in one coarse brick.
+fn inside_eighths(coarse: &Store<COARSE_SETS>, cursor: &mut Cursor, octet: Coord, multiple: i32) -> u64 {
     let first = octet.map(|o| (o * OCTET).div_euclid(multiple));
     let index = first.iter().enumerate().map(|(a, n)| ((n >> 2 & 1) as usize) << a).sum();
     let Some(set) = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, index, 1)) else { return 0 };
-    match set {
-        0 => 0,
-        u64::MAX => u8::MAX,
-        _ => (0..8).fold(0, |inside, brick| {
-            let node: [usize; 3] = std::array::from_fn(|a| {
-                (octet[a] * OCTET + BRICK * (brick >> a & 1)).div_euclid(multiple) as usize & 3
-            });
-            inside | ((set >> node_bit(node[0], node[1], node[2]) & 1) as u8) << brick
+    match (set, multiple) {
+        // Each eighth has a sample of its own.
+        (0 | u64::MAX, _) | (_, 2) => set,
+        _ => (0..64).fold(0, |inside, eighth| {
+            let node = [0, 1, 2].map(|a| (octet[a] * OCTET + 2 * (eighth >> (2 * a) & 3)).div_euclid(multiple));
+            inside | (set >> node_bit_of(node) & 1) << eighth
         }),
     }
-}
-
-/// Bricks around an octet's own eight, itself included: position p in 0..4 along each axis, as a set of nodes is kept. For
-/// each the octet that holds it (0..27, the octet itself in the middle) and its index there.
-static AROUND: [(u8, u8); 64] = {
-    let mut table = [(0, 0); 64];
-    let mut n = 0;
-    while n < 64 {
-        // Position 0 is the upper brick of the octet below, 3 the lower one of the octet above.
-        let at = [n & 3, n >> 2 & 3, n >> 4];
-        // One further, the octet below ends at 2, the middle one at 4: halves are octets.
-        let up = [at[0] + 1, at[1] + 1, at[2] + 1];
-        let octet = (up[0] >> 1) + 3 * (up[1] >> 1) + 9 * (up[2] >> 1);
-        let index = (up[0] & 1) | (up[1] & 1) << 1 | (up[2] & 1) << 2;
-        table[n] = (octet as u8, index as u8);
-        n += 1;
-    }
-    table
-};
-
-/// For each brick of an octet and each position of [`AROUND`]: the brick's nodes that touch the brick there. None for
-/// bricks that do not touch it, and for itself.
-static TOUCHING: [[u64; 64]; 8] = {
-    let mut table = [[0; 64]; 8];
-    let mut brick = 0;
-    while brick < 8 {
-        let mut n = 0;
-        while n < 64 {
-            let (mut d, mut near, mut a) = ([0; 3], true, 0);
-            while a < 3 {
-                d[a] = (n >> (2 * a) & 3) as i32 - 1 - (brick >> a & 1) as i32;
-                near &= d[a] >= -1 && d[a] <= 1;
-                a += 1;
-            }
-            if near && (d[0] != 0 || d[1] != 0 || d[2] != 0) {
-                table[brick][n] = side_mask(d);
-            }
-            n += 1;
-        }
-        brick += 1;
-    }
-    table
-};
-
-/// The positions of [`TOUCHING`] that touch, as a set.
-const RING: [u64; 8] = {
-    let mut table = [0; 8];
-    let mut i = 0;
-    while i < 8 * 64 {
-        table[i / 64] |= ((TOUCHING[i / 64][i % 64] != 0) as u64) << (i % 64);
-        i += 1;
-    }
-    table
-};
-
-/// Adds the bricks without values that disagree with a node of one of `bricks`, which were just filled.
-fn find_disagreeing(
-    fine: &Store<1>,
-    octet: &Octet,
-    bricks: u8,
-    mut inside: impl FnMut(Coord) -> u8,
-    found: &mut Vec<(Coord, u8)>,
-) {
-    let mut cursor = Cursor::default();
-    let around: [Option<&Octet>; 27] = std::array::from_fn(|i| fine.find(&mut cursor, plus(octet.at, offset(i))));
-    let filled_in = around.map(|o| o.map_or(0, |o| o.filled));
-    let filled = AROUND
-        .iter()
-        .enumerate()
-        .fold(0u64, |set, (n, &(octet, index))| set | u64::from(filled_in[usize::from(octet)] >> index & 1) << n);
-    let mut taken = [None; 27];
-    for brick in ones(bricks.into()) {
-        let Some(set) = fine.set(octet, brick, 0) else { continue };
-        for n in ones(RING[brick] & !filled) {
-            let (owner, index) = (usize::from(AROUND[n].0), AROUND[n].1);
-            let at = plus(octet.at, offset(owner));
-            let touching = TOUCHING[brick][n];
-            let expected = match set & touching {
-                0 => false,
-                all if all == touching => true,
-                _ => {
-                    found.push((at, 1 << index));
-                    continue;
-                }
-            };
-            let taken = *taken[owner].get_or_insert_with(|| around[owner].map_or_else(|| inside(at), |o| o.inside));
-            if (taken >> index & 1 != 0) != expected {
-                found.push((at, 1 << index));
-            }
-        }
-    }
-}
-
-/// Offset of octet `i` of 27.
-#[inline(always)]
-fn offset(i: usize) -> Coord {
-    static TABLE: [Coord; 27] = {
-        let mut table = [[0; 3]; 27];
-        let mut i = 0;
-        while i < 27 {
-            table[i as usize] = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
-            i += 1;
-        }
-        table
-    };
-    TABLE[i]
 }
 
 #[cfg(test)]

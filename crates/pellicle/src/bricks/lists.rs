@@ -8,17 +8,19 @@
 //! not the volume of a block.
 //!
 //! ```text
-//! spans     particle, row of bricks, one bit for each brick of the row that it reaches
+//! seen      a particle as the layer sees it, 48 bytes: whole and broken part of x, y; (z − plane)²/R² of the four planes
+//! spans     which of the seen, row of bricks, one bit for each brick of the row that it reaches
 //! bounds    upper, lower: 16 a row of bricks;  open, inside: one bit a brick
-//! range     brick ──► its entries                 (counted, then written: no linked lists)
-//! entries   x, y, z from the brick's first node in cells, 1/R², and (z − plane)²/R² of the brick's four planes: 32 bytes
+//! range     brick ──► its entries                 (counted while spans are noted: no linked lists)
+//! entries   which of the seen
 //! ```
 //!
 //! Within a list entries come in canonical order: by nearest node along z, then by the caller's index. Distances are formed
-//! from whole cells and fractions of a cell apart, in the frame of the brick, which is the same in every block that has it:
-//! a node has the same value in every block, to the last bit.
+//! from whole cells, which are exact in any frame, and fractions of a cell apart, so they do not depend on the block that
+//! has the brick: a node has the same value in every block, to the last bit. At the block's far faces bricks have but one
+//! plane of nodes; they are bounded and entered as what they are.
 //!
-//! Memory: 32 bytes an entry, 4 more each for strengths and for who it is where these are wanted; 8 a span.
+//! Memory: 48 bytes a particle of the layer, 8 a span, 4 an entry.
 //!
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 6, whose last paragraphs propose
 //! projections of one slab each; interval bounds are Snyder 1992, Interval analysis for computer graphics. Lists of whole
@@ -28,7 +30,7 @@ use super::boxes::{BOX, MARGIN, SLACK, STARTS};
 use crate::{
     field::falloff::Falloff,
     lattice::{BRICK, Coord},
-    lookup::columns::{Extent, Near, Placed, Want, provide},
+    lookup::columns::{Extent, Near, Placed, provide},
     math::{
         bits::ones,
         simd::{LANES, Simd},
@@ -37,19 +39,46 @@ use crate::{
 
 /// Nodes of a brick along an axis.
 pub(crate) const SIDE: usize = BRICK as usize;
-/// Coordinate of a brick's last node.
-const LAST: f32 = (SIDE - 1) as f32;
-
 const _: () = assert!(SIDE == BOX, "bricks begin where boxes do");
 
-/// One particle as one brick sees it.
+/// More than the end of a reach within a block is off by rounding, in cells.
+const CLOSE: f32 = 1e-3;
+
+/// One particle as the bricks of a layer see it, lengths in cells.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Entry {
-    /// From the brick's first node, in cells.
-    pub(crate) at: [f32; 3],
+pub(crate) struct Seen {
+    /// Its nearest node along x and y, from the block's first: whole numbers.
+    node: [f32; 2],
+    /// From there.
+    offset: [f32; 2],
+    /// From the layer's first plane.
+    pub(crate) z: f32,
     pub(crate) per_reach_sq: f32,
+    pub(crate) strength: f32,
+    who: u32,
     /// Square of the distance along z from each plane of nodes, in reaches.
     pub(crate) rest: [f32; SIDE],
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new(who: u32, p: &Placed, first: Coord) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|a| (p.node[a] - first[a]) as f32);
+        let (z, per_reach_sq) = (z + p.offset[2], 1.0 / (p.reach * p.reach));
+        let mut rest = [0.0; SIDE];
+        for (plane, rest) in rest.iter_mut().enumerate() {
+            let dz = plane as f32 - z;
+            *rest = dz * dz * per_reach_sq;
+        }
+        let offset = [p.offset[0], p.offset[1]];
+        Self { node: [x, y], offset, z, per_reach_sq, strength: p.strength, who, rest }
+    }
+
+    /// What is left along an axis (x, y) from here to 16 nodes, given by whole numbers from the block's first.
+    #[inline(always)]
+    pub(crate) fn away<S: Simd>(&self, s: S, nodes: S::F, axis: usize) -> S::F {
+        s.sub(s.sub(nodes, s.splat(self.node[axis])), s.splat(self.offset[axis]))
+    }
 }
 
 /// A block's particles in canonical order, to be found by height.
@@ -65,7 +94,8 @@ impl Heights {
     /// Counting sort by nearest node along z; stable, and `of` comes by the caller's index.
     pub(crate) fn sort(&mut self, extent: Extent, particles: &[Placed], of: &[u32]) {
         let reach = of.iter().fold(0.0f32, |most, &i| most.max(particles[i as usize].reach));
-        self.reach = (reach + 0.5).ceil() as i32;
+        // Half a cell nearer than its nearest node at most, and nothing at the end of its reach.
+        self.reach = (reach + 0.5).ceil() as i32 - 1;
         let bins = extent.nodes[2] + 2 * self.reach as usize;
         let lowest = extent.first[2] - self.reach;
         let bin = |i: u32| ((particles[i as usize].node[2] - lowest).max(0) as usize).min(bins - 1);
@@ -110,10 +140,10 @@ impl Heights {
     }
 }
 
-/// The bricks of one row that one particle reaches.
+/// The bricks of one row that one of the seen reaches.
 #[derive(Debug, Clone, Copy)]
 struct Span {
-    particle: u32,
+    seen: u32,
     row: u16,
     bricks: u16,
 }
@@ -122,8 +152,7 @@ struct Span {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Room {
     entries: usize,
-    varied: usize,
-    named: usize,
+    seen: usize,
     spans: usize,
     bricks: usize,
     rows: usize,
@@ -137,8 +166,7 @@ impl Room {
     pub(crate) fn join(&self, other: &Self) -> Self {
         Self {
             entries: self.entries.max(other.entries),
-            varied: self.varied.max(other.varied),
-            named: self.named.max(other.named),
+            seen: self.seen.max(other.seen),
             spans: self.spans.max(other.spans),
             bricks: self.bricks.max(other.bricks),
             rows: self.rows.max(other.rows),
@@ -160,31 +188,34 @@ pub(crate) struct Lists {
     /// Bricks along x and y, and the layer's first node.
     count: [usize; 2],
     first: Coord,
-    want: Want,
+    /// Coordinate of a brick's last node, counted from its first: along x brick by brick, along y of the last row, along z.
+    last_x: [f32; LANES],
+    last_y: f32,
+    last_z: f32,
+    seen: Vec<Seen>,
     spans: Vec<Span>,
     upper: Vec<f32>,
     lower: Vec<f32>,
+    /// How many reach each brick: 16 a row.
+    reaching: Vec<f32>,
     /// For each row of bricks: those that bounds do not decide, and those that are inside for certain.
     pub(crate) open: Vec<u16>,
     pub(crate) inside: Vec<u16>,
-    /// Bricks that have a list, by row.
-    listed: Vec<u16>,
     range: Vec<[u32; 2]>,
-    /// Entries in use; the arrays behind them, the last two only where wanted, may be longer.
+    /// Entries in use; the array behind them may be longer.
     len: usize,
-    entries: Vec<Entry>,
-    strengths: Vec<f32>,
-    who: Vec<u32>,
+    entries: Vec<u32>,
+    longest: usize,
 }
 
 /// One brick's list.
 #[derive(Clone, Copy)]
 pub(crate) struct List<'a> {
-    pub(crate) entries: &'a [Entry],
-    /// Empty where all strengths are 1.
-    pub(crate) strengths: &'a [f32],
-    /// Which particles they are, where that was wanted.
-    pub(crate) who: &'a [u32],
+    /// In canonical order, which of the seen.
+    pub(crate) entries: &'a [u32],
+    pub(crate) seen: &'a [Seen],
+    /// The brick's first node along x and y, from the block's.
+    pub(crate) first: [f32; 2],
 }
 
 impl Lists {
@@ -201,18 +232,14 @@ impl Lists {
         layer: usize,
         particles: &[Placed],
         heights: &Heights,
-        want: Want,
     ) {
-        self.count = [extent.nodes[0].div_ceil(SIDE), extent.nodes[1].div_ceil(SIDE)];
-        (self.first, self.want) = (extent.first, want);
-        self.first[2] += (SIDE * layer) as i32;
-        self.clear();
+        self.clear(extent, layer);
         for &i in heights.of_layer(layer) {
             self.touch(s, falloff, i, &particles[i as usize]);
         }
         let all = ((1u32 << self.count[0]) - 1) as u16;
         for row in 0..self.count[1] {
-            if falloff.is_some() {
+            if falloff.is_some() && self.open[row] != 0 {
                 let (upper, lower) = (s.load(&self.upper[LANES * row..]), s.load(&self.lower[LANES * row..]));
                 self.open[row] &= s.gt(upper, s.splat(iso * (1.0 - MARGIN)));
                 self.inside[row] = self.open[row] & s.gt(lower, s.splat(iso * (1.0 + MARGIN)));
@@ -221,32 +248,32 @@ impl Lists {
             self.open[row] &= all;
             self.inside[row] &= all;
         }
-        for row in 0..self.count[1] {
-            self.listed[row] = self.open[row];
-        }
-        self.enter(particles);
+        let open = std::mem::take(&mut self.open);
+        self.add(&open);
+        self.open = open;
     }
 
-    /// Makes lists for more bricks, marked in `listed`, which must have none yet.
-    pub(crate) fn add(&mut self, bricks: &[u16], particles: &[Placed]) {
-        self.listed.copy_from_slice(bricks);
-        self.enter(particles);
-    }
-
-    fn clear(&mut self) {
-        let [width, rows] = self.count;
+    fn clear(&mut self, extent: Extent, layer: usize) {
+        let last = |a: usize, brick: usize| (SIDE.min(extent.nodes[a] - SIDE * brick) - 1) as f32;
+        let [width, rows] = [0, 1].map(|a| extent.nodes[a].div_ceil(SIDE));
+        (self.count, self.first) = ([width, rows], extent.first);
+        self.first[2] += (SIDE * layer) as i32;
+        self.last_x = [last(0, 0); LANES];
+        self.last_x[width - 1] = last(0, width - 1);
+        (self.last_y, self.last_z) = (last(1, rows - 1), last(2, layer));
+        self.seen.clear();
         self.spans.clear();
-        for sums in [&mut self.upper, &mut self.lower] {
+        for sums in [&mut self.upper, &mut self.lower, &mut self.reaching] {
             sums.clear();
             sums.resize(LANES * rows, 0.0);
         }
-        for bits in [&mut self.open, &mut self.inside, &mut self.listed] {
+        for bits in [&mut self.open, &mut self.inside] {
             bits.clear();
             bits.resize(rows, 0);
         }
         self.range.clear();
         self.range.resize(width * rows, [0; 2]);
-        self.len = 0;
+        (self.len, self.longest) = (0, 0);
     }
 
     /// Notes the bricks that a particle reaches, and adds it to their bounds.
@@ -254,104 +281,77 @@ impl Lists {
     fn touch<S: Simd, W: Falloff>(&mut self, s: S, falloff: Option<&W>, index: u32, p: &Placed) {
         let [x, y, z] = position(p, self.first);
         let reach_sq = p.reach * p.reach;
-        let [near_z, far_z] = squares(z);
+        let [near_z, far_z] = squares(z, self.last_z);
         if near_z >= reach_sq {
             return;
         }
-        let side = SIDE as f32;
-        let low = ((y - p.reach - LAST) / side).max(0.0) as usize;
-        let high = ((y + p.reach) / side + 1.0).max(0.0) as usize;
+        let (seen, side) = (self.seen.len() as u32, SIDE as f32);
+        // Rows that are reached for certain, and perhaps one more where it is close.
+        let along_y = (reach_sq - near_z).sqrt() + CLOSE;
+        let low = ((y - along_y + 1.0) / side).max(0.0) as usize;
+        let high = (((y + along_y) / side + 1.0).max(0.0) as usize).min(self.count[1]);
         let (zero, one) = (s.splat(0.0), s.splat(1.0));
         let x = s.sub(s.splat(x), s.load(&STARTS));
-        let (below, above) = (s.sub(zero, x), s.sub(x, s.splat(LAST)));
-        let near = s.max(s.sub(s.max(below, above), s.splat(SLACK)), zero);
-        let far = s.add(s.max(x, s.sub(zero, above)), s.splat(SLACK));
+        let beyond = s.sub(x, s.load(&self.last_x));
+        let near = s.max(s.sub(s.max(s.sub(zero, x), beyond), s.splat(SLACK)), zero);
+        let far = s.add(s.max(x, s.sub(zero, beyond)), s.splat(SLACK));
         let (near, far) = (s.mul(near, near), s.mul(far, far));
         let (reach, per_reach_sq, strength) = (s.splat(reach_sq), s.splat(1.0 / reach_sq), s.splat(p.strength));
-        for row in low..high.min(self.count[1]) {
-            let [near_y, far_y] = squares(y - (SIDE * row) as f32);
+        for row in low..high {
+            let last = if row + 1 == self.count[1] { self.last_y } else { (SIDE - 1) as f32 };
+            let [near_y, far_y] = squares(y - (SIDE * row) as f32, last);
             let near = s.add(near, s.splat(near_y + near_z));
             let bricks = s.gt(reach, near);
             if bricks == 0 {
                 continue;
             }
-            self.spans.push(Span { particle: index, row: row as u16, bricks });
+            self.spans.push(Span { seen, row: row as u16, bricks });
             self.open[row] |= bricks;
+            let lanes = LANES * row..LANES * row + LANES;
+            let counts = &mut self.reaching[lanes.clone()];
+            s.store(s.add(s.load(counts), s.select(bricks, one, zero)), counts);
             if let Some(falloff) = falloff {
-                let sums = &mut self.upper[LANES * row..LANES * row + LANES];
+                let sums = &mut self.upper[lanes.clone()];
                 let u = s.max(s.sub(one, s.mul(near, per_reach_sq)), zero);
                 s.store(s.add(s.load(sums), s.mul(strength, falloff.value(s, u))), sums);
                 if far_y + far_z < reach_sq {
                     let far = s.add(far, s.splat(far_y + far_z));
-                    let sums = &mut self.lower[LANES * row..LANES * row + LANES];
+                    let sums = &mut self.lower[lanes];
                     let u = s.max(s.sub(one, s.mul(far, per_reach_sq)), zero);
                     s.store(s.add(s.load(sums), s.mul(strength, falloff.value(s, u))), sums);
                 }
             }
         }
+        if self.spans.last().is_some_and(|span| span.seen == seen) {
+            self.seen.push(Seen::new(index, p, self.first));
+        }
     }
 
-    /// Writes the lists of the bricks marked in `listed` behind those that there are.
-    fn enter(&mut self, particles: &[Placed]) {
+    /// Makes lists for bricks, one bit each, row by row, that have none yet, behind those that there are.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, bricks: &[u16]) {
         let width = self.count[0];
-        for span in &self.spans {
-            let row = usize::from(span.row);
-            for column in ones((span.bricks & self.listed[row]).into()) {
-                self.range[row * width + column][1] += 1;
+        for (row, &listed) in bricks.iter().enumerate() {
+            for column in ones(listed.into()) {
+                let count = self.reaching[LANES * row + column] as usize;
+                self.range[row * width + column] = [self.len as u32; 2];
+                self.len += count;
+                self.longest = self.longest.max(count);
             }
         }
-        let mut len = self.len;
-        for row in 0..self.count[1] {
-            for column in ones(self.listed[row].into()) {
-                let range = &mut self.range[row * width + column];
-                let count = range[1] as usize;
-                *range = [len as u32; 2];
-                len += count;
-            }
-        }
-        self.len = len;
-        self.reserve();
+        // What is there is not cleared: every entry is written.
+        self.entries.resize(self.len.max(self.entries.len()), 0);
         for span in &self.spans {
             let row = usize::from(span.row);
-            let bricks = span.bricks & self.listed[row];
-            if bricks == 0 {
-                continue;
-            }
-            let p = &particles[span.particle as usize];
-            let mut corner = self.first;
-            corner[1] += (SIDE * row) as i32;
-            let [x, y, z] = [0, 1, 2].map(|a| p.node[a] - corner[a]);
-            let (y, z) = (y as f32 + p.offset[1], z as f32 + p.offset[2]);
-            let per_reach_sq = 1.0 / (p.reach * p.reach);
-            let mut rest = [0.0; SIDE];
-            for (plane, rest) in rest.iter_mut().enumerate() {
-                let dz = plane as f32 - z;
-                *rest = dz * dz * per_reach_sq;
-            }
-            for column in ones(bricks.into()) {
-                let end = &mut self.range[row * width + column][1];
-                let place = *end as usize;
+            let mut listed = span.bricks & bricks[row];
+            let ranges = &mut self.range[row * width..];
+            while listed != 0 {
+                let end = &mut ranges[listed.trailing_zeros() as usize][1];
+                self.entries[*end as usize] = span.seen;
                 *end += 1;
-                let x = (x - (SIDE * column) as i32) as f32 + p.offset[0];
-                self.entries[place] = Entry { at: [x, y, z], per_reach_sq, rest };
-                if self.want.varied {
-                    self.strengths[place] = p.strength;
-                }
-                if self.want.who {
-                    self.who[place] = span.particle;
-                }
+                listed &= listed - 1;
             }
         }
-    }
-
-    /// Makes the arrays long enough. What is there is not cleared: every entry is written.
-    fn reserve(&mut self) {
-        let Self { len, want, .. } = *self;
-        let (varied, named) = (if want.varied { len } else { 0 }, if want.who { len } else { 0 });
-        let none = Entry { at: [0.0; 3], per_reach_sq: 0.0, rest: [0.0; SIDE] };
-        self.entries.resize(len.max(self.entries.len()), none);
-        self.strengths.resize(varied.max(self.strengths.len()), 0.0);
-        self.who.resize(named.max(self.who.len()), 0);
     }
 
     /// Number of entries.
@@ -362,56 +362,47 @@ impl Lists {
     /// The list of one brick; empty for one that has none.
     #[inline(always)]
     pub(crate) fn list(&self, brick: usize) -> List<'_> {
-        let range = self.range[brick][0] as usize..self.range[brick][1] as usize;
-        List {
-            entries: &self.entries[range.clone()],
-            strengths: if self.want.varied { &self.strengths[range.clone()] } else { &[] },
-            who: if self.want.who { &self.who[range] } else { &[] },
-        }
-    }
-
-    /// Most particles of a brick.
-    pub(crate) fn longest(&self) -> usize {
-        self.range.iter().map(|range| (range[1] - range[0]) as usize).max().unwrap_or(0)
+        let [first, end] = self.range[brick].map(|at| at as usize);
+        let width = self.count[0];
+        let first_node = [brick % width, brick / width].map(|at| (SIDE * at) as f32);
+        List { entries: &self.entries[first..end], seen: &self.seen, first: first_node }
     }
 
     /// The room that the present layer needs.
     pub(crate) fn room(&self, heights: &Heights) -> Room {
         Room {
             entries: self.len,
-            varied: self.strengths.len(),
-            named: self.who.len(),
+            seen: self.seen.len(),
             spans: self.spans.len(),
             bricks: self.range.len(),
             rows: self.open.len(),
             particles: heights.order.len(),
             bins: heights.bins.len(),
-            longest: self.longest(),
+            longest: self.longest,
         }
     }
 
     /// Makes room, so that layers as large need no allocation.
     pub(crate) fn provide(&mut self, room: &Room) {
-        for v in [&mut self.upper, &mut self.lower] {
+        for v in [&mut self.upper, &mut self.lower, &mut self.reaching] {
             provide(v, LANES * room.rows);
         }
-        for v in [&mut self.open, &mut self.inside, &mut self.listed] {
+        for v in [&mut self.open, &mut self.inside] {
             provide(v, room.rows);
         }
         provide(&mut self.range, room.bricks);
         provide(&mut self.entries, room.entries);
-        provide(&mut self.strengths, room.varied);
-        provide(&mut self.who, room.named);
+        provide(&mut self.seen, room.seen);
         provide(&mut self.spans, room.spans);
     }
 
     /// Bytes in use, for the present layer.
     pub(crate) fn bytes(&self) -> usize {
-        let more = 4 * (usize::from(self.want.varied) + usize::from(self.want.who));
-        self.len * (size_of::<Entry>() + more)
-            + 4 * (self.upper.len() + self.lower.len())
-            + 8 * (self.range.len() + self.spans.len())
-            + 6 * self.open.len()
+        size_of_val(&self.seen[..])
+            + size_of_val(&self.spans[..])
+            + 4 * (self.len + self.upper.len() + self.lower.len() + self.reaching.len())
+            + size_of_val(&self.range[..])
+            + 4 * self.open.len()
     }
 }
 
@@ -419,11 +410,12 @@ impl List<'_> {
     /// Finds the particles that reach one node of the brick.
     pub(crate) fn find(&self, node: [usize; 3], near: &mut Near) {
         near.clear();
-        for (i, entry) in self.entries.iter().enumerate() {
-            let (dx, dy) = (node[0] as f32 - entry.at[0], node[1] as f32 - entry.at[1]);
-            let u = 1.0 - (dx * dx + dy * dy) * entry.per_reach_sq - entry.rest[node[2]];
+        for &i in self.entries {
+            let seen = &self.seen[i as usize];
+            let [dx, dy] = [0, 1].map(|a| (self.first[a] + node[a] as f32 - seen.node[a]) - seen.offset[a]);
+            let u = 1.0 - (dx * dx + dy * dy) * seen.per_reach_sq - seen.rest[node[2]];
             if u > 0.0 {
-                near.push(u, self.strengths.get(i).copied().unwrap_or(1.0), self.who.get(i).copied().unwrap_or(0));
+                near.push(u, seen.strength, seen.who);
             }
         }
     }
@@ -435,10 +427,10 @@ fn position(p: &Placed, from: Coord) -> [f32; 3] {
     [0, 1, 2].map(|a| (p.node[a] - from[a]) as f32 + p.offset[a])
 }
 
-/// Squares of the least and the largest distance along an axis from a brick's nodes, a little too small and large.
+/// Squares of the least and the largest distance along an axis from nodes 0 to `last`, a little too small and large.
 #[inline(always)]
-fn squares(at: f32) -> [f32; 2] {
-    let (near, far) = (((-at).max(at - LAST) - SLACK).max(0.0), at.max(LAST - at) + SLACK);
+fn squares(at: f32, last: f32) -> [f32; 2] {
+    let (near, far) = (((-at).max(at - last) - SLACK).max(0.0), at.max(last - at) + SLACK);
     [near * near, far * far]
 }
 

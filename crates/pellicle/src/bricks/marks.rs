@@ -24,6 +24,7 @@ use super::{
 };
 use crate::{
     Error,
+    fill::eighths,
     lattice::{BRICK, Coord, OCTET},
     lookup::directory::Cursor,
     math::bits::{corner_sets, ones, shift_up},
@@ -105,7 +106,7 @@ impl Marks {
                     if bricks == 0 {
                         continue;
                     }
-                    let index = store.want(at, bricks, |_| 0);
+                    let index = store.want(at, eighths::of_bricks(bricks), |_| 0);
                     self.nodes.resize(store.octet_count(), [0; 8]);
                     self.nodes[index].iter_mut().zip(sets).for_each(|(nodes, set)| *nodes |= set);
                 }

@@ -2,15 +2,17 @@
 //!
 //! ```text
 //! directory   octet coordinates ──► octet
-//! filled      octet ──► which of its 8 bricks have values
-//! inside      octet ──► which of its other bricks are taken to be inside
+//! known       octet ──► which of its 64 eighths have values
+//! filled      octet ──► which of its 8 bricks have one that has
+//! inside      octet ──► which of its other eighths are taken to be inside
 //! slots       octet ──► where its bricks' signs and values are
 //! sets        slot ──► the nodes above each threshold, one bit each
 //! values      slot ──► 64 values
 //! ```
 //!
-//! Bricks are filled in rounds: [`Store::want`] collects, [`Store::fill`] fills what was collected, in parallel. Which
-//! bricks are wanted when has no influence on any value.
+//! [`eighths`] are filled in rounds: [`Store::want`] collects, [`Store::fill`] fills what was collected, in parallel, whole bricks
+//! of most fields. Which are wanted when has no influence on any value. In a brick's set the nodes of eighths that were not
+//! filled have the sign that they are taken to have; their values mean nothing.
 
 use std::cell::RefCell;
 
@@ -20,6 +22,7 @@ use crate::{
     fill::{
         Scratch, Values,
         any::AnyField,
+        eighths,
         prove::ProveOctet,
         simd::{FillOctet, Sampling},
     },
@@ -28,7 +31,7 @@ use crate::{
         cells::Cells,
         directory::{Cursor, Directory},
     },
-    math::{memory::filled, ranges::for_each_part, simd::Unit},
+    math::{bits::ones, memory::filled, ranges::for_each_part, simd::Unit},
     progress::Control,
 };
 
@@ -53,10 +56,12 @@ pub(crate) struct Octet {
     pub(crate) index: u32,
     /// Bricks that have a slot.
     pub(crate) filled: u8,
-    /// Bricks waiting for the next round.
-    wanted: u8,
-    /// Of the bricks without slot, those that are inside throughout.
-    pub(crate) inside: u8,
+    /// Eighths that were filled.
+    pub(crate) known: u64,
+    /// Eighths waiting for the next round.
+    wanted: u64,
+    /// Of the eighths that were not filled, those that are inside throughout.
+    pub(crate) inside: u64,
     slots: [u32; 8],
 }
 
@@ -70,9 +75,13 @@ pub(crate) struct Store<const SETS: usize> {
     sets: Vec<[u64; SETS]>,
     values: Vec<Values>,
     slots: usize,
+    /// Whether whole bricks are filled, whatever the field: for those who need all values.
+    pub(crate) whole: bool,
     queue: Vec<u32>,
     /// First slot of each octet of the queue, and the end.
     queue_slots: Vec<u32>,
+    /// Bricks of the round that had a slot before: that one, and the new one.
+    moved: Vec<[u32; 2]>,
 }
 
 thread_local! {
@@ -90,7 +99,12 @@ impl<const SETS: usize> Store<SETS> {
         self.slots = 0;
     }
 
-    /// Number of filled bricks.
+    /// Number of bricks with something filled.
+    pub(crate) fn filled_bricks(&self) -> usize {
+        self.octets.iter().map(|octet| octet.filled.count_ones() as usize).sum()
+    }
+
+    /// Number of slots: filled bricks, those that were filled piece by piece counted again for each.
     pub(crate) fn len(&self) -> usize {
         self.slots
     }
@@ -113,18 +127,18 @@ impl<const SETS: usize> Store<SETS> {
         &self.values[octet.slots[brick] as usize]
     }
 
-    /// Asks for bricks of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
-    /// its bricks are inside as long as they are not filled. Returns the octet's index.
-    pub(crate) fn want(&mut self, at: Coord, bricks: u8, inside: impl FnOnce(Coord) -> u8) -> usize {
+    /// Asks for eighths of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
+    /// its eighths are inside as long as they are not filled. Returns the octet's index.
+    pub(crate) fn want(&mut self, at: Coord, eighths: u64, inside: impl FnOnce(Coord) -> u64) -> usize {
         let id = self.directory.entry(&mut self.cursor, at);
         if *id == NONE {
             let index = self.octets.len() as u32;
             *id = index;
-            self.octets.push(Octet { at, index, filled: 0, wanted: 0, inside: inside(at), slots: [NONE; 8] });
+            self.octets.push(Octet { at, index, filled: 0, known: 0, wanted: 0, inside: inside(at), slots: [NONE; 8] });
         }
         let id = *id;
         let octet = &mut self.octets[id as usize];
-        let new = bricks & !octet.filled;
+        let new = eighths & !octet.known;
         if octet.wanted == 0 && new != 0 {
             self.queue.push(id);
         }
@@ -135,7 +149,7 @@ impl<const SETS: usize> Store<SETS> {
     /// Gives every wanted brick its place, and nothing in it.
     #[cfg(test)]
     pub(crate) fn fill_nothing(&mut self) {
-        self.assign_slots(&mut Vec::new());
+        self.assign_slots(true, &mut Vec::new());
     }
 
     /// Bytes held by so many bricks in so many octets, values left out: octet, directory, crossings, order, signs.
@@ -160,10 +174,11 @@ impl<const SETS: usize> Store<SETS> {
 
     /// Bricks that wait for the next round.
     pub(crate) fn waiting_bricks(&self) -> usize {
-        self.queue.iter().map(|&id| self.octets[id as usize].wanted.count_ones() as usize).sum()
+        let bricks = |&id: &u32| eighths::bricks_with(self.octets[id as usize].wanted).count_ones() as usize;
+        self.queue.iter().map(bricks).sum()
     }
 
-    /// Forgets those wanted bricks that are proven to be outside, by a field that proves.
+    /// Forgets those wanted eighths that are proven to be outside, by a field that proves.
     pub(crate) fn drop_proven(&mut self, source: &Source<'_>, step: f64) {
         let octets = &self.octets;
         let prove = |&id: &u32| {
@@ -173,11 +188,11 @@ impl<const SETS: usize> Store<SETS> {
             let octet = &octets[id as usize];
             SCRATCH.with_borrow_mut(|(scratch, _)| {
                 let (cells, columns) = (source.cells, source.columns);
-                let of = ProveOctet { cells, columns, step, octet: octet.at, bricks: octet.wanted, scratch };
+                let of = ProveOctet { cells, columns, step, octet: octet.at, eighths: octet.wanted, scratch };
                 source.field.prove(source.unit, of)
             })
         };
-        let proven: Vec<u8> = self.queue.par_iter().map(prove).collect();
+        let proven: Vec<u64> = self.queue.par_iter().map(prove).collect();
         let mut proven = proven.into_iter();
         self.queue.retain(|&id| {
             let octet = &mut self.octets[id as usize];
@@ -188,7 +203,7 @@ impl<const SETS: usize> Store<SETS> {
         });
     }
 
-    /// Fills all wanted bricks and returns the octets that have new ones, each with those. For every threshold a set of
+    /// Fills all wanted eighths and returns the octets that have new ones, each with those. For every threshold a set of
     /// the nodes above is kept; values only when `keep_values`.
     pub(crate) fn fill(
         &mut self,
@@ -197,14 +212,17 @@ impl<const SETS: usize> Store<SETS> {
         thresholds: &[f32; SETS],
         sampling: Option<Sampling>,
         keep_values: bool,
-        done: &mut Vec<(u32, u8)>,
+        done: &mut Vec<(u32, u64)>,
     ) {
         let first = self.slots;
-        self.assign_slots(done);
-        grow(&mut self.sets, self.slots, [0; SETS]);
+        self.assign_slots(self.whole || !source.field.fills_eighths(), done);
+        // Who fills eighths comes back for more, a sixth of the bricks in all.
+        let more = if self.whole || !source.field.fills_eighths() { 0 } else { self.slots / 8 };
+        grow(&mut self.sets, self.slots, more, [0; SETS]);
         if keep_values {
-            grow(&mut self.values, self.slots, [0.0; 64]);
+            grow(&mut self.values, self.slots, more, [0.0; 64]);
         }
+        self.begin_partial(done, keep_values);
         let (octets, done, starts) = (&self.octets, &done[..], &self.queue_slots);
         let sets = &mut self.sets[first..self.slots];
         let values = keep_values.then(|| &mut self.values[first..self.slots]);
@@ -223,7 +241,7 @@ impl<const SETS: usize> Store<SETS> {
                     columns: source.columns,
                     step,
                     octet: octets[done[i].0 as usize].at,
-                    bricks: done[i].1,
+                    eighths: done[i].1,
                     scratch,
                     values: values.unwrap_or(spare),
                     thresholds,
@@ -235,34 +253,65 @@ impl<const SETS: usize> Store<SETS> {
         });
     }
 
-    /// Moves the queue to `done`, with a slot for every wanted brick.
-    fn assign_slots(&mut self, done: &mut Vec<(u32, u8)>) {
+    /// Moves the queue to `done`, with a slot for every brick that has a wanted eighth; a brick that has one already gets
+    /// another. `whole` bricks are wanted where an eighth of them is.
+    fn assign_slots(&mut self, whole: bool, done: &mut Vec<(u32, u64)>) {
         done.clear();
         self.queue_slots.clear();
+        self.moved.clear();
         for &id in &self.queue {
             self.queue_slots.push(self.slots as u32);
             let octet = &mut self.octets[id as usize];
+            let bricks = eighths::bricks_with(octet.wanted);
+            if whole {
+                octet.wanted = eighths::of_bricks(bricks);
+            }
             done.push((id, octet.wanted));
             for (brick, slot) in octet.slots.iter_mut().enumerate() {
-                if octet.wanted >> brick & 1 != 0 {
+                if bricks >> brick & 1 != 0 {
+                    if *slot != NONE {
+                        self.moved.push([*slot, self.slots as u32]);
+                    }
                     *slot = self.slots as u32;
                     self.slots += 1;
                 }
             }
-            octet.filled |= octet.wanted;
+            octet.filled |= bricks;
+            octet.known |= octet.wanted;
             octet.wanted = 0;
         }
         self.queue_slots.push(self.slots as u32);
         self.queue.clear();
     }
+
+    /// Writes what is known, or taken for granted, of bricks whose eighths are not all filled in this round.
+    fn begin_partial(&mut self, done: &[(u32, u64)], keep_values: bool) {
+        for &(id, fresh) in done {
+            let octet = &self.octets[id as usize];
+            for brick in ones(eighths::bricks_with(fresh).into()) {
+                if eighths::of_brick(fresh, brick) != u8::MAX {
+                    let inside = eighths::of_brick(octet.inside, brick);
+                    self.sets[octet.slots[brick] as usize] = [eighths::nodes(inside); SETS];
+                }
+            }
+        }
+        for &[from, to] in &self.moved {
+            self.sets[to as usize] = self.sets[from as usize];
+            if keep_values {
+                self.values[to as usize] = self.values[from as usize];
+            }
+        }
+    }
 }
 
-/// Makes `v` at least `len` long, with an eighth to spare for the next frame. A new allocation comes zeroed from the
+/// Makes `v` at least `len` long, with an eighth and `more` to spare for what comes. A new allocation comes zeroed from the
 /// system, untouched until it is used.
-pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
+pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, more: usize, zero: T) {
+    let room = len + len / 8 + more;
     if v.is_empty() {
-        *v = filled(zero, len + len / 8);
+        *v = filled(zero, room);
     } else if v.len() < len {
-        v.resize(len + len / 8, zero);
+        v.reserve_exact(room - v.len());
+        v.resize(room, zero);
     }
 }

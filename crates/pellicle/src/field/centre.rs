@@ -88,7 +88,8 @@ impl<F: Copy> Centre<F> {
     /// Σk and Σk d over all lanes.
     #[inline(always)]
     pub(crate) fn total<S: Simd<F = F>>(&self, s: S) -> (f32, [f32; 3]) {
-        (s.sum(self.weight), self.moment.map(|m| s.sum(m)))
+        let m = &self.moment;
+        (s.sum(self.weight), [s.sum(m[0]), s.sum(m[1]), s.sum(m[2])])
     }
 
     /// 1/Σk; large where no particle is.
@@ -100,7 +101,9 @@ impl<F: Copy> Centre<F> {
     /// x − x̄ and its length.
     #[inline(always)]
     pub(crate) fn offset<S: Simd<F = F>>(&self, s: S, inverse: F) -> ([F; 3], F) {
-        let off = self.moment.map(|m| s.mul(m, inverse));
+        // Written out, here and below: the array's own functions need not be inlined, and then run without the vector unit.
+        let m = &self.moment;
+        let off = [s.mul(m[0], inverse), s.mul(m[1], inverse), s.mul(m[2], inverse)];
         let length_sq = s.add(s.add(s.mul(off[0], off[0]), s.mul(off[1], off[1])), s.mul(off[2], off[2]));
         (off, s.sqrt(length_sq))
     }
@@ -213,9 +216,13 @@ impl<F: Copy> Spread<F> {
         let [xx, xy, xz, yy, yz, zz] = self.second;
         let second = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let scale = s.mul(s.splat(6.0), inverse);
-        std::array::from_fn(|a| {
-            std::array::from_fn(|b| s.mul(scale, s.sub(second[a][b], s.mul(off[a], self.first[b]))))
-        })
+        let mut jacobian = second;
+        for a in 0..3 {
+            for b in 0..3 {
+                jacobian[a][b] = s.mul(scale, s.sub(second[a][b], s.mul(off[a], self.first[b])));
+            }
+        }
+        jacobian
     }
 
     /// ∂|x − x̄|/∂x.
@@ -228,12 +235,14 @@ impl<F: Copy> Spread<F> {
         length: F,
     ) -> [F; 3] {
         let inverse = s.div(s.splat(1.0), s.max(length, s.splat(1e-12)));
-        let n = off.map(|v| s.mul(v, inverse));
-        std::array::from_fn(|b| {
+        let n = [s.mul(off[0], inverse), s.mul(off[1], inverse), s.mul(off[2], inverse)];
+        let mut gradient = n;
+        for b in 0..3 {
             let turned =
                 s.add(s.add(s.mul(jacobian[0][b], n[0]), s.mul(jacobian[1][b], n[1])), s.mul(jacobian[2][b], n[2]));
-            s.sub(n[b], turned)
-        })
+            gradient[b] = s.sub(n[b], turned);
+        }
+        gradient
     }
 
     /// ∂r̄/∂x; zero where particles bring no radii.
@@ -243,7 +252,11 @@ impl<F: Copy> Spread<F> {
             return [s.splat(0.0); 3];
         }
         let scale = s.mul(s.splat(-6.0), inverse);
-        std::array::from_fn(|a| s.mul(scale, s.sub(self.radii[a], s.mul(mean, self.first[a]))))
+        let mut gradient = self.radii;
+        for a in 0..3 {
+            gradient[a] = s.mul(scale, s.sub(self.radii[a], s.mul(mean, self.first[a])));
+        }
+        gradient
     }
 }
 

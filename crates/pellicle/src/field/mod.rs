@@ -65,7 +65,7 @@ pub(crate) struct Bounds {
 pub(crate) trait Field: Send + Sync {
     /// Numbers that a particle brings besides its position, at most [`MAX_COLUMNS`].
     const COLUMNS: usize;
-    /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1.
+    /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1, and bricks are filled by eighths.
     const PLANES: usize;
     /// The column with the square of how far each particle reaches, in support units, a little rounded up; `None` where all
     /// reach one support radius.
@@ -132,7 +132,9 @@ pub(crate) fn normal<S: Simd>(s: S, gradient: [S::F; 3]) -> [S::F; 3] {
     let length_sq =
         s.add(s.add(s.mul(gradient[0], gradient[0]), s.mul(gradient[1], gradient[1])), s.mul(gradient[2], gradient[2]));
     let length = s.sqrt(s.max(length_sq, s.splat(f32::MIN_POSITIVE)));
-    gradient.map(|g| s.div(s.sub(s.splat(0.0), g), length))
+    let zero = s.splat(0.0);
+    let [x, y, z] = gradient;
+    [s.div(s.sub(zero, x), length), s.div(s.sub(zero, y), length), s.div(s.sub(zero, z), length)]
 }
 
 #[cfg(test)]

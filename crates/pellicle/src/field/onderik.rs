@@ -129,10 +129,12 @@ impl<const RADII: bool> Field for Onderik<RADII> {
         // dg/dw = 4 u (1 − u²)/(w_max − w_min), ∂w/∂x = −6 S₁.
         let root = s.sub(s.splat(1.0), s.mul(u, u));
         let steep = s.mul(s.splat(-24.0 / (self.w_max - self.w_min)), s.mul(s.mul(u, root), mean));
-        std::array::from_fn(|a| {
+        let mut gradient = distance;
+        for a in 0..3 {
             let of_radius = s.add(s.mul(factor, radius[a]), s.mul(steep, slope.first[a]));
-            s.sub(of_radius, distance[a])
-        })
+            gradient[a] = s.sub(of_radius, distance[a]);
+        }
+        gradient
     }
 
     #[inline(always)]

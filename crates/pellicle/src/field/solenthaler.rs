@@ -112,12 +112,13 @@ impl<const RADII: bool> Field for Solenthaler<RADII> {
     /// Adds Σ_ab M_ab ∂²k/∂x_b∂x_c (x_j − x̄)_a = 24 t d_c (d·v) − 6 t² v_c, with v = Mᵀ (x_j − x̄).
     #[inline(always)]
     fn add_bend<S: Simd>(&self, s: S, bend: &mut Bend<S::F>, d: [S::F; 3], dist_sq: S::F, _row: Row<'_>) {
-        let from_centre: [S::F; 3] = std::array::from_fn(|a| s.sub(bend.off[a], d[a]));
+        let from_centre = [s.sub(bend.off[0], d[0]), s.sub(bend.off[1], d[1]), s.sub(bend.off[2], d[2])];
         let m = &bend.by_entry;
-        let v: [S::F; 3] = std::array::from_fn(|b| {
+        let mut v = from_centre;
+        for b in 0..3 {
             let xy = s.add(s.mul(m[0][b], from_centre[0]), s.mul(m[1][b], from_centre[1]));
-            s.add(xy, s.mul(m[2][b], from_centre[2]))
-        });
+            v[b] = s.add(xy, s.mul(m[2][b], from_centre[2]));
+        }
         let along = s.add(s.add(s.mul(d[0], v[0]), s.mul(d[1], v[1])), s.mul(d[2], v[2]));
         let t = s.max(s.sub(s.splat(1.0), dist_sq), s.splat(0.0));
         let (by_d, by_v) = (s.mul(s.mul(s.splat(24.0), t), along), s.mul(s.mul(s.splat(6.0), t), t));
@@ -141,7 +142,8 @@ impl<const RADII: bool> Field for Solenthaler<RADII> {
         let steep = s.mul(mean, s.select(within, steep, s.splat(0.0)));
         // ∂J_ab/∂x_c = 1/W (Σ ∂²k (x_j − x̄)_a − W_b J_ac − W_c J_ab), with the kernel's slope W_b = −6 S₁.
         let m = &bend.by_entry;
-        let slopes = slope.first.map(|v| s.mul(s.splat(-6.0), v));
+        let (first, six) = (&slope.first, s.splat(-6.0));
+        let slopes = [s.mul(six, first[0]), s.mul(six, first[1]), s.mul(six, first[2])];
         let mut in_all = s.splat(0.0);
         let mut by_row = [s.splat(0.0); 3];
         for a in 0..3 {
@@ -150,14 +152,16 @@ impl<const RADII: bool> Field for Solenthaler<RADII> {
                 by_row[a] = s.add(by_row[a], s.mul(m[a][b], slopes[b]));
             }
         }
-        std::array::from_fn(|c| {
+        let mut gradient = distance;
+        for c in 0..3 {
             let mut sum = s.sub(bend.sums[c], s.mul(slopes[c], in_all));
             for a in 0..3 {
                 sum = s.sub(sum, s.mul(by_row[a], jacobian[a][c]));
             }
             let ev = s.mul(sum, inverse);
-            s.sub(s.add(s.mul(steep, ev), s.mul(factor, radius[c])), distance[c])
-        })
+            gradient[c] = s.sub(s.add(s.mul(steep, ev), s.mul(factor, radius[c])), distance[c]);
+        }
+        gradient
     }
 
     #[inline(always)]

@@ -79,7 +79,7 @@ impl<const RADII: bool> Field for ZhuBridson<RADII> {
         let distance = slope.distance_gradient(s, &slope.jacobian(s, off, inverse), off, length);
         let mean = slope.centre.mean_radius(s, inverse, RADII, self.radius);
         let radius = slope.radius_gradient(s, inverse, mean, RADII);
-        std::array::from_fn(|a| s.sub(radius[a], distance[a]))
+        [s.sub(radius[0], distance[0]), s.sub(radius[1], distance[1]), s.sub(radius[2], distance[2])]
     }
 
     #[inline(always)]

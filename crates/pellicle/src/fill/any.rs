@@ -25,8 +25,11 @@ pub(crate) trait AnyField: Send + Sync {
     /// Whether [`prove`](Self::prove) is worth a call.
     fn proves(&self) -> bool;
 
-    /// The bricks of an octet that are proven to be outside.
-    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8;
+    /// Whether [`fill`](Self::fill) fills eighths of bricks, else whole ones.
+    fn fills_eighths(&self) -> bool;
+
+    /// The eighths of an octet that are proven to be outside.
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64;
 
     /// Fills bricks of an octet.
     fn fill(&self, unit: Unit, octet: FillOctet<'_>);
@@ -58,7 +61,11 @@ impl<F: Field> AnyField for F {
         F::PROVES
     }
 
-    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8 {
+    fn fills_eighths(&self) -> bool {
+        F::PLANES == 1
+    }
+
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64 {
         unit.run(Prove { field: self, octet })
     }
 

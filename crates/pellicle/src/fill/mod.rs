@@ -3,6 +3,7 @@
 //! Source: this project; see `simd`.
 
 pub(crate) mod any;
+pub(crate) mod eighths;
 pub(crate) mod points;
 pub(crate) mod prove;
 #[cfg(test)]

@@ -66,22 +66,22 @@ impl OctetVertices<'_> {
         for brick in ones(self.counts.iter().enumerate().fold(0, |set, (b, &n)| set | u64::from(n > 0) << b)) {
             let low = brick_origin(brick);
             let place = Box3 {
-                low: low.map(|n| node_offset(n - self.beyond, self.step)),
-                high: low.map(|n| node_offset(n + BRICK + self.beyond, self.step)),
+                low: [0, 1, 2].map(|a| node_offset(low[a] - self.beyond, self.step)),
+                high: [0, 1, 2].map(|a| node_offset(low[a] + BRICK + self.beyond, self.step)),
             };
             nearer.refine(s, near, columns.len(), reach, place);
             let end = first + self.counts[brick] as usize;
             for start in (first..end).step_by(LANES) {
                 let range = start..(start + LANES).min(end);
-                let at = std::array::from_fn(|a| {
+                let mut lanes = [[0.0; LANES]; 3];
+                for lane in 0..LANES {
                     // A short last group repeats its last vertex.
-                    let lanes: [f32; LANES] = std::array::from_fn(|lane| {
-                        let vertex = self.vertices[(start + lane).min(end - 1)];
-                        (f64::from(vertex[a]) * self.per_unit - shift[a]) as f32
-                    });
-                    s.load(&lanes)
-                });
-                work(range, at, nearer);
+                    let vertex = self.vertices[(start + lane).min(end - 1)];
+                    for a in 0..3 {
+                        lanes[a][lane] = (f64::from(vertex[a]) * self.per_unit - shift[a]) as f32;
+                    }
+                }
+                work(range, [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])], nearer);
             }
             first = end;
         }

@@ -12,12 +12,13 @@
 //! had with the lesser weight where g_j is positive and the greater one where it is negative. So one pass over the particles, 16 at
 //! a time, proves a box. u is the direction to the particles' mean; any other would be right, too.
 //!
-//! A brick is tried whole, then in eighths of 2×2×2 nodes. Between splashes, where thin blobs may arise in the midst of lowest
+//! An octet is tried whole, then each brick, then its [`eighths`] of 2×2×2 nodes, along the brick's u. Where the mean of the particles
+//! lies too near for a proof none is tried. Between splashes, where thin blobs may arise in the midst of lowest
 //! values, nothing is proven, and nodes are evaluated one by one.
 //!
 //! Source: this project; tested against the field itself.
 
-use super::{Scratch, brick_box, brick_origin, corner, node_offset, octet_box};
+use super::{Scratch, brick_box, corner, eighths, octet_box};
 use crate::{
     field::Field,
     lattice::Coord,
@@ -38,62 +39,128 @@ pub(crate) struct ProveOctet<'a> {
     /// Distance of neighbouring nodes in support units.
     pub(crate) step: f64,
     pub(crate) octet: Coord,
-    /// The bricks to prove, bit by bit.
-    pub(crate) bricks: u8,
+    /// The [`eighths`] to prove.
+    pub(crate) eighths: u64,
     pub(crate) scratch: &'a mut Scratch,
 }
 
-/// [`ProveOctet`] with a field. Results in the bricks whose nodes are all outside, as far as that could be proven.
+/// [`ProveOctet`] with a field. Results in the eighths whose nodes are all outside, as far as that could be proven; of a field that
+/// sums planes, in whole bricks.
 pub(crate) struct Prove<'a, F> {
     pub(crate) field: &'a F,
     pub(crate) octet: ProveOctet<'a>,
 }
 
 impl<F: Field> Kernel for Prove<'_, F> {
-    type Output = u8;
+    type Output = u64;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) -> u8 {
+    fn run<S: Simd>(self, s: S) -> u64 {
         if !F::PROVES {
             return 0;
         }
         let Self { field, octet } = self;
-        let ProveOctet { cells, columns, step, bricks, .. } = octet;
+        let ProveOctet { cells, columns, step, .. } = octet;
         let Scratch { octet: near, brick: nearer, .. } = octet.scratch;
         near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), octet_box(step));
+        let whole = octet_box(step);
+        let all = Pull::new(s, field, near, whole);
+        if all.is_likely(whole) && is_outside(s, field, near, whole, all.along) {
+            return u64::MAX;
+        }
         let mut proven = 0;
-        for brick in ones(bricks.into()) {
-            nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
-            let mut is_outside = outside(s, field, nearer, brick_box(brick, step));
-            if !is_outside {
-                is_outside = true;
-                let mut eighth = 0;
-                while is_outside && eighth < 8 {
-                    is_outside = outside(s, field, nearer, eighth_box(brick, eighth, step));
-                    eighth += 1;
+        for brick in ones(eighths::bricks_with(octet.eighths).into()) {
+            let place = brick_box(brick, step);
+            nearer.refine(s, near, F::COLUMNS, F::REACH, place);
+            let pull = Pull::new(s, field, nearer, place);
+            if pull.is_likely(place) && is_outside(s, field, nearer, place, pull.along) {
+                proven |= eighths::OF[brick];
+                continue;
+            }
+            let mut found = 0;
+            for eighth in ones(eighths::of_brick(octet.eighths, brick).into()) {
+                let place = eighths::place(brick, eighth, step);
+                if pull.is_likely(place) && is_outside(s, field, nearer, place, pull.along) {
+                    found |= eighths::bit(brick, eighth);
+                } else if F::PLANES > 1 {
+                    found = 0;
+                    break;
                 }
             }
-            proven |= u8::from(is_outside) << brick;
+            proven |= found;
         }
         proven
     }
 }
 
-/// The box of 2×2×2 nodes of a brick, in its octet's frame.
-#[inline(always)]
-fn eighth_box(brick: usize, eighth: usize, step: f64) -> Box3 {
-    let first = brick_origin(brick);
-    let (mut low, mut high) = ([0.0; 3], [0.0; 3]);
-    for a in 0..3 {
-        let node = first[a] + 2 * (eighth >> a & 1) as i32;
-        (low[a], high[a]) = (node_offset(node, step), node_offset(node + 1, step));
+/// Where the particles near a box are in the mean, nearer ones counting more.
+struct Pull {
+    /// To there from the box's middle: a unit vector.
+    along: [f32; 3],
+    mean: [f32; 3],
+    /// The mean of radii less isovalue.
+    radius: f32,
+}
+
+impl Pull {
+    #[inline(always)]
+    fn new<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, place: Box3) -> Self {
+        let n = near.len();
+        let ([xs, ys, zs], columns) = near.padded(F::COLUMNS);
+        let zero = s.splat(0.0);
+        let (mut middle, mut half) = ([0.0; 3], [0.0; 3]);
+        for a in 0..3 {
+            middle[a] = 0.5 * (place.low[a] + place.high[a]);
+            half[a] = 0.5 * (place.high[a] - place.low[a]);
+        }
+        let centre = [s.splat(middle[0]), s.splat(middle[1]), s.splat(middle[2])];
+        let diagonal_sq = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
+        let reach = s.splat(1.1 + diagonal_sq + 2.0 * diagonal_sq.sqrt());
+        let (mut total, mut radii, mut sums) = (zero, zero, [zero; 3]);
+        let mut at = 0;
+        while at < n {
+            let d = [
+                s.sub(s.load(&xs[at..]), centre[0]),
+                s.sub(s.load(&ys[at..]), centre[1]),
+                s.sub(s.load(&zs[at..]), centre[2]),
+            ];
+            let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
+            let t = s.max(s.sub(reach, dist_sq), zero);
+            let k = s.select(valid(n - at), s.mul(t, t), zero);
+            let [_, radius] = field.pull(s, &columns, at);
+            total = s.add(total, k);
+            radii = s.add(radii, s.mul(k, s.select(valid(n - at), radius, zero)));
+            for a in 0..3 {
+                sums[a] = s.add(sums[a], s.mul(k, d[a]));
+            }
+            at += LANES;
+        }
+        let total = s.sum(total).max(f32::MIN_POSITIVE);
+        let off = [s.sum(sums[0]) / total, s.sum(sums[1]) / total, s.sum(sums[2]) / total];
+        let length = (off[0] * off[0] + off[1] * off[1] + off[2] * off[2]).sqrt().max(1e-20);
+        Self {
+            along: [off[0] / length, off[1] / length, off[2] / length],
+            mean: [middle[0] + off[0], middle[1] + off[1], middle[2] + off[2]],
+            radius: s.sum(radii) / total,
+        }
     }
-    Box3 { low, high }
+
+    /// Whether a proof for a box may succeed: farther from the mean than the radius, or nearly so. A guess, that costs or saves
+    /// time and nothing else.
+    #[inline(always)]
+    fn is_likely(&self, place: Box3) -> bool {
+        let mut far = 0.05 - self.radius;
+        for a in 0..3 {
+            let (middle, half) = (0.5 * (place.low[a] + place.high[a]), 0.5 * (place.high[a] - place.low[a]));
+            far += (self.mean[a] - middle) * self.along[a] - half * self.along[a].abs();
+        }
+        far > 0.0 || self.radius == 0.0
+    }
 }
 
 /// Whether all points of a box are outside, as far as one direction proves it. `near` are all particles that reach it.
 #[inline(always)]
-pub(super) fn outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, place: Box3) -> bool {
+fn is_outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, place: Box3, u: [f32; 3]) -> bool {
     /// For the rounding of places, in support units: a hundred times what it can amount to.
     const SLACK: f32 = 1e-4;
     /// For that of 1 − d² and of sums.
@@ -110,34 +177,9 @@ pub(super) fn outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, pla
         middle[a] = s.splat(0.5 * (place.low[a] + place.high[a]));
         half[a] = 0.5 * (place.high[a] - place.low[a]);
     }
-    let diagonal_sq = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];
-    // Where the particles are, nearer ones counting more.
-    let reach = s.splat(1.1 + diagonal_sq + 2.0 * diagonal_sq.sqrt());
-    let mut sums = [zero; 3];
-    let mut at = 0;
-    while at < n {
-        let d = [
-            s.sub(s.load(&xs[at..]), middle[0]),
-            s.sub(s.load(&ys[at..]), middle[1]),
-            s.sub(s.load(&zs[at..]), middle[2]),
-        ];
-        let dist_sq = s.add(s.add(s.mul(d[0], d[0]), s.mul(d[1], d[1])), s.mul(d[2], d[2]));
-        let t = s.max(s.sub(reach, dist_sq), zero);
-        let k = s.select(valid(n - at), s.mul(t, t), zero);
-        for a in 0..3 {
-            sums[a] = s.add(sums[a], s.mul(k, d[a]));
-        }
-        at += LANES;
-    }
-    let sum = [s.sum(sums[0]), s.sum(sums[1]), s.sum(sums[2])];
-    let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
-    if length.is_nan() || length <= 1e-20 {
-        return false;
-    }
-    let u = [sum[0] / length, sum[1] / length, sum[2] / length];
     let behind = SLACK + half[0] * u[0].abs() + half[1] * u[1].abs() + half[2] * u[2].abs();
     let (mut ahead, mut back) = (zero, zero);
-    at = 0;
+    let mut at = 0;
     while at < n {
         let d = [
             s.sub(s.load(&xs[at..]), middle[0]),
@@ -213,7 +255,7 @@ mod tests {
         let n = end - first;
         for i in 0..n.pow(3) {
             let octet = [i % n, i / n % n, i / (n * n)].map(|v| first + v);
-            let of = ProveOctet { cells, columns, step, octet, bricks: 255, scratch: &mut scratch };
+            let of = ProveOctet { cells, columns, step, octet, eighths: u64::MAX, scratch: &mut scratch };
             let proven = unit.run(Prove { field, octet: of });
             let mut values: [Values; 8] = [[0.0; 64]; 8];
             let mut above = [0; 8];
@@ -224,7 +266,7 @@ mod tests {
                     columns,
                     step,
                     octet,
-                    bricks: 255,
+                    eighths: u64::MAX,
                     scratch: &mut scratch,
                     values: &mut values,
                     thresholds: &[field.iso()],
@@ -233,9 +275,9 @@ mod tests {
                 },
             });
             for brick in 0..8 {
-                let is_proven = proven >> brick & 1 != 0;
-                assert!(!is_proven || above[brick] == 0, "brick {brick} of {octet:?} at step {step}");
-                counts[0] += usize::from(is_proven);
+                let own = eighths::of_brick(proven, brick);
+                assert_eq!(above[brick] & eighths::nodes(own), 0, "brick {brick} of {octet:?} at step {step}");
+                counts[0] += usize::from(own == u8::MAX);
                 counts[1] += usize::from(above[brick] == 0);
             }
         }

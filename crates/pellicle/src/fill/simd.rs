@@ -5,6 +5,8 @@
 //! brick   candidates refined by the distance to the brick's box
 //! plane   16 nodes (4 along x, 4 along y) in one vector; four planes are summed side by side, so that a particle's x and
 //!         y distances are computed once, or, of wide bricks, one by one with candidates of their own
+//! pair    two of a brick's eighths, 2×2×2 nodes each, in one vector, with candidates of their own: fields whose sums fill all
+//!         registers save more by leaving out eighths than by sharing distances
 //! ```
 //!
 //! Every node adds its particles in canonical order; one beyond the support adds exactly zero, so what is refined away
@@ -13,7 +15,7 @@
 
 use std::ops::Range;
 
-use super::{Scratch, Values, brick_box, brick_origin, corner, node_offset, octet_box, plane_box};
+use super::{Scratch, Values, brick_box, brick_origin, corner, eighths, node_offset, octet_box, plane_box};
 use crate::{
     field::{Field, Row},
     lattice::Coord,
@@ -31,15 +33,15 @@ pub(crate) struct FillOctet<'a> {
     /// Distance of neighbouring nodes in support units.
     pub(crate) step: f64,
     pub(crate) octet: Coord,
-    /// The bricks to fill, bit by bit.
-    pub(crate) bricks: u8,
+    /// The [`eighths`] to fill; of a field that sums planes, all of a brick's or none.
+    pub(crate) eighths: u64,
     pub(crate) scratch: &'a mut Scratch,
-    /// One for each brick to fill.
+    /// One for each brick with something to fill; nodes of other eighths keep theirs.
     pub(crate) values: &'a mut [Values],
     pub(crate) thresholds: &'a [f32],
     /// What the sets of a coarse lattice need besides; `None` for a fine one.
     pub(crate) sampling: Option<Sampling>,
-    /// For each brick to fill, the nodes above each threshold.
+    /// For each of those bricks, the nodes above each threshold; nodes of other eighths keep theirs.
     pub(crate) above: &'a mut [u64],
 }
 
@@ -62,11 +64,13 @@ impl<F: Field> Kernel for Fill<'_, F> {
     #[inline(always)]
     fn run<S: Simd>(self, s: S) {
         let Self { field, octet } = self;
-        let FillOctet { cells, columns, step, bricks, thresholds, sampling, .. } = octet;
+        let FillOctet { cells, columns, step, thresholds, sampling, .. } = octet;
         let Scratch { octet: near, brick: nearer, plane: in_plane } = octet.scratch;
         near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), octet_box(step));
         let sets = octet.above.chunks_exact_mut(thresholds.len());
+        let bricks = eighths::bricks_with(octet.eighths);
         for ((brick, values), above) in ones(bricks.into()).zip(octet.values).zip(sets) {
+            let wanted = eighths::of_brick(octet.eighths, brick);
             nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
             if F::PROVES && sampling.is_some_and(|sampling| nearer.len() < sampling.crowd) {
                 // Where no sample is trusted, and none tells outside, none need be taken.
@@ -77,21 +81,24 @@ impl<F: Field> Kernel for Fill<'_, F> {
             let first = brick_origin(brick);
             // A particle near a brick misses some of its planes, the more the wider the brick is. Compressing once more for
             // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
-            // that it saves; of fields that sum much, from a tenth on.
-            if step >= if F::PLANES == 1 { 0.1 } else { 0.2 } {
+            // that it saves; of fields that sum much, always.
+            if F::PLANES == 1 {
+                fill_eighths(s, field, nearer, in_plane, brick, wanted, step, values);
+            } else if step >= 0.2 {
                 for plane in 0..4 {
                     in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
                     fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values);
                 }
-            } else if F::PLANES == 4 {
-                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values);
             } else {
-                fill_planes::<S, F, 1>(s, field, nearer, first, 0..4, step, values);
+                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values);
             }
+            let filled = eighths::nodes(wanted);
             for (above, &threshold) in above.iter_mut().zip(thresholds) {
-                *above = (0..4).fold(0, |set, k| {
-                    set | u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k)
-                });
+                let mut set = 0;
+                for k in 0..4 {
+                    set |= u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k);
+                }
+                *above = *above & !filled | set & filled;
             }
             if let Some(sampling) = sampling
                 && nearer.len() < sampling.crowd
@@ -138,6 +145,63 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
         }
         for k in 0..N {
             s.store(field.value(s, sums[k]), &mut values[LANES * (plane + k)..]);
+        }
+    }
+}
+
+/// Values of some eighths of a brick, two at a time.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
+fn fill_eighths<S: Simd, F: Field>(
+    s: S,
+    field: &F,
+    near: &Candidates,
+    in_pair: &mut Candidates,
+    brick: usize,
+    wanted: u8,
+    step: f64,
+    values: &mut Values,
+) {
+    let mut left = wanted;
+    while left != 0 {
+        let first = left.trailing_zeros() as usize;
+        left &= left - 1;
+        // An odd one is done twice.
+        let second = if left == 0 { first } else { left.trailing_zeros() as usize };
+        left &= left.wrapping_sub(1);
+        let mut place = eighths::place(brick, first, step);
+        let other = eighths::place(brick, second, step);
+        let mut lanes = [[0.0; LANES]; 3];
+        for a in 0..3 {
+            for lane in 0..LANES {
+                let origin = if lane < LANES / 2 { place.low[a] } else { other.low[a] };
+                let end = if lane < LANES / 2 { place.high[a] } else { other.high[a] };
+                lanes[a][lane] = if lane >> a & 1 == 0 { origin } else { end };
+            }
+        }
+        for a in 0..3 {
+            place.low[a] = place.low[a].min(other.low[a]);
+            place.high[a] = place.high[a].max(other.high[a]);
+        }
+        in_pair.refine(s, near, F::COLUMNS, F::REACH, place);
+        let (x, y, z) = (s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2]));
+        let [px, py, pz] = in_pair.axes();
+        let columns = in_pair.columns(F::COLUMNS);
+        let mut sums = field.zero(s);
+        for particle in 0..in_pair.len() {
+            let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));
+            let dz = s.sub(z, s.splat(pz[particle]));
+            let dist_sq = s.add(s.add(s.mul(dx, dx), s.mul(dy, dy)), s.mul(dz, dz));
+            field.add(s, &mut sums, [dx, dy, dz], dist_sq, Row { columns: &columns, particle });
+        }
+        let mut found = [0.0; LANES];
+        s.store(field.value(s, sums), &mut found);
+        for (half, eighth) in [(0, first), (LANES / 2, second)] {
+            let corner = eighths::OF[eighth].trailing_zeros() as usize;
+            for row in 0..4 {
+                let at = corner + 4 * (row & 1) + 16 * (row >> 1);
+                values[at..at + 2].copy_from_slice(&found[half + 2 * row..half + 2 * row + 2]);
+            }
         }
     }
 }

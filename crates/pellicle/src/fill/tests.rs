@@ -60,7 +60,7 @@ fn compare(lattice: Lattice, cells: &Cells, field: &dyn AnyField, columns: &[&[f
                 columns,
                 step: lattice.step(),
                 octet,
-                bricks: 0xff,
+                eighths: u64::MAX,
                 scratch: &mut Scratch::default(),
                 values: &mut values,
                 thresholds: &[field.iso()],

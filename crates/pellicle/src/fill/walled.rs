@@ -10,7 +10,9 @@
 
 use std::sync::Arc;
 
-use super::{any::AnyField, brick_origin, points::OctetVertices, prove::ProveOctet, simd::FillOctet};
+use super::{
+    any::AnyField, brick_origin, eighths::bricks_with, points::OctetVertices, prove::ProveOctet, simd::FillOctet,
+};
 use crate::{
     Attribute,
     field::Bounds,
@@ -115,17 +117,22 @@ impl AnyField for Walled {
         self.field.proves()
     }
 
+    fn fills_eighths(&self) -> bool {
+        self.field.fills_eighths()
+    }
+
     /// What is outside stays so, with walls or without.
-    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u8 {
+    fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64 {
         self.field.prove(unit, octet)
     }
 
     fn fill(&self, unit: Unit, octet: FillOctet<'_>) {
-        let FillOctet { cells, columns, step, octet: at, bricks, scratch, values, thresholds, sampling, above } = octet;
+        let FillOctet { cells, columns, step, octet: at, eighths, scratch, values, thresholds, sampling, above } =
+            octet;
         let sets = &mut *above;
         self.field.fill(
             unit,
-            FillOctet { cells, columns, step, octet: at, bricks, scratch, values, thresholds, sampling, above: sets },
+            FillOctet { cells, columns, step, octet: at, eighths, scratch, values, thresholds, sampling, above: sets },
         );
         // The fine lattice's own spacing, so that its nodes are judged alike here and where they are written.
         let spacing = if sampling.is_some() { step * self.support } else { self.lattice.spacing };
@@ -137,7 +144,7 @@ impl AnyField for Walled {
             Side::Wall => return above.fill(0),
             Side::Both => {}
         }
-        for (brick, above) in ones(bricks.into()).zip(above.chunks_exact_mut(thresholds.len())) {
+        for (brick, above) in ones(bricks_with(eighths).into()).zip(above.chunks_exact_mut(thresholds.len())) {
             let offset = brick_origin(brick);
             let first = [0, 1, 2].map(|a| first[a] + offset[a]);
             match lattice.side_of_cube(first, BRICK, margin) {

@@ -18,6 +18,8 @@ use crate::lattice::Coord;
 
 /// Coordinates of a block along an axis, as a shift.
 const BLOCK: u32 = 3;
+/// Half of that.
+const HALF: i32 = 1 << (BLOCK - 1);
 /// Index of nothing.
 const NONE: u32 = u32::MAX;
 
@@ -46,6 +48,8 @@ impl Default for Cursor {
 #[inline(always)]
 fn split(at: Coord) -> (Coord, usize) {
     const LOW: i32 = (1 << BLOCK) - 1;
+    // Half a block further, so that what lies around the origin is in one block, not in eight.
+    let at = [at[0] + HALF, at[1] + HALF, at[2] + HALF];
     let place = (at[0] & LOW) | (at[1] & LOW) << BLOCK | (at[2] & LOW) << (2 * BLOCK);
     (at.map(|v| v >> BLOCK), place as usize)
 }

@@ -42,13 +42,16 @@ fn cross<S: Simd>(s: S, a: S::F, b: S::F, c: S::F, d: S::F) -> S::F {
 /// Cofactors of a matrix: the derivatives of its determinant.
 #[inline(always)]
 fn cofactors<S: Simd>(s: S, m: &Matrix<S::F>) -> Matrix<S::F> {
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
+    // Written out: the array's own functions need not be inlined, and then run without the vector unit.
+    let mut to = *m;
+    for i in 0..3 {
+        for j in 0..3 {
             let (r, t) = ((i + 1) % 3, (i + 2) % 3);
             let (u, v) = ((j + 1) % 3, (j + 2) % 3);
-            cross(s, m[r][u], m[t][v], m[r][v], m[t][u])
-        })
-    })
+            to[i][j] = cross(s, m[r][u], m[t][v], m[r][v], m[t][u]);
+        }
+    }
+    to
 }
 
 /// The largest real part of the eigenvalues of `j`.
@@ -123,12 +126,14 @@ impl<F: Copy> Largest<F> {
         let cofactors = cofactors(s, &self.deviator);
         // With D traceless the trace of its cofactors is p.
         let on_diagonal = s.mul(third, s.sub(s.splat(1.0), s.mul(scale, self.p)));
-        std::array::from_fn(|a| {
-            std::array::from_fn(|b| {
+        let mut to = cofactors;
+        for a in 0..3 {
+            for b in 0..3 {
                 let entry = s.mul(scale, s.add(s.mul(self.root, self.deviator[b][a]), cofactors[a][b]));
-                if a == b { s.add(entry, on_diagonal) } else { entry }
-            })
-        })
+                to[a][b] = if a == b { s.add(entry, on_diagonal) } else { entry };
+            }
+        }
+        to
     }
 }
 

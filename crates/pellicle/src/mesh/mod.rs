@@ -5,6 +5,7 @@
 
 mod check;
 mod distance;
+mod flicker;
 mod labelled;
 mod normals;
 mod quality;
@@ -13,6 +14,7 @@ pub(crate) mod stars;
 
 pub use check::Report;
 pub use distance::{Comparison, Deviation};
+pub use flicker::Flicker;
 pub use labelled::LabelMesh;
 pub(crate) use normals::face_normals;
 pub use quality::{Quality, Summary, VALENCE_END};

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Reconstructor;
 use crate::{
-    AnisotropicParams, Control, Error, MetaballKernel, Params, Positions, ScalarField,
+    AnisotropicParams, Control, Error, MetaballKernel, Params, Positions, ScalarField, SolenthalerParams,
     field::{
         adams::Depths,
         anisotropic::{self, Anisotropic, RECORD, Shapes, Surroundings},
@@ -68,8 +68,12 @@ pub(super) fn choose(params: &Params, positions: Positions<'_>) -> Result<Chosen
         ScalarField::Solenthaler(own) => {
             let (radius, t_low, t_high) = (in_support_units(own.radius), own.t_low as f32, own.t_high as f32);
             let field = of_radii!(has_radii, Solenthaler { iso, radius, t_low, t_high, particles_per_support });
-            // Where particles are as dense as samples that count ask for, and the centre as slow, the two are nearly one.
-            sampler = Some(of_radii!(has_radii, ZhuBridson { iso, radius, particles_per_support }));
+            // Where particles are as dense as samples that count ask for, and the centre as slow, the two are nearly one: it moves
+            // as fast as x, EV = 1. Thresholds below the defaults take more of the radius there.
+            let default = SolenthalerParams::default();
+            if own.t_low >= default.t_low && own.t_high >= default.t_high {
+                sampler = Some(of_radii!(has_radii, ZhuBridson { iso, radius, particles_per_support }));
+            }
             (field, usize::from(has_radii))
         }
         ScalarField::Adams => {

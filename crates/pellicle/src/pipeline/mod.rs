@@ -26,7 +26,7 @@ use surface_boxes::SurfaceBoxes;
 use crate::{
     Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
-        band::{self, Budget, Look},
+        band::{self, Budget, Grain, Look},
         store::Source,
     },
     fill::{
@@ -99,7 +99,7 @@ impl Reconstructor {
         params: &'a Params,
         control: &'a Control<'a>,
     ) -> Result<Surface<'a>, Error> {
-        self.sort(positions, attributes, params, control)?.weigh()?.sample()?.count()
+        self.sort(positions, attributes, params, control)?.weigh()?.sample_by(Grain::Eighths)?.count()
     }
 
     /// The first stage alone, for those who want what lies between: [`Sorted`], then [`Weighed`], [`Sampled`], and the
@@ -252,6 +252,11 @@ impl<'a> Weighed<'a> {
     /// [`Error::Memory`] when the lattice near the surface does not fit the limit, [`Error::Parameter`] for [`Band::Paper`] where there
     /// are walls, [`Error::Cancelled`].
     pub fn sample(self) -> Result<Sampled<'a>, Error> {
+        self.sample_by(Grain::Bricks)
+    }
+
+    /// A surface needs fewer samples than who looks at them.
+    fn sample_by(self, grain: Grain) -> Result<Sampled<'a>, Error> {
         let Self(job) = self;
         let has_walls = job.from.walls.is_some();
         let Reconstructor { cells, columns, band, surface, .. } = &mut *job.from;
@@ -271,7 +276,7 @@ impl<'a> Weighed<'a> {
         let columns = &chosen::slices(columns);
         let source = Source { unit: job.unit, field: &*job.field, cells, columns, control: job.control };
         let sampler = Source { field: job.sampler.as_deref().unwrap_or(&*job.field), ..source };
-        band.find(&source, &sampler, job.lattice.step(), look, job.budget)?;
+        band.find(&source, &sampler, job.lattice.step(), look, grain, job.budget)?;
         Ok(Sampled(job))
     }
 }

@@ -70,7 +70,7 @@ impl Surface<'_> {
             particles: self.from.cells.len() as u64,
             surface_particles: self.from.surface.boxes.len() as u64,
             surface_nodes: self.from.band.marks.nodes(),
-            bricks_filled: self.from.band.fine.len() as u64,
+            bricks_filled: self.from.band.fine.filled_bricks() as u64,
             blocks: if self.from.band.has_values { 1 } else { self.chunk_count() as u64 },
             bricks_crossed: self.from.counted.crossed_bricks() as u64,
             vertices: self.vertex_count() as u64,

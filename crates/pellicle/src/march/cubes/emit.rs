@@ -12,7 +12,7 @@ use crate::{
         marks::Marks,
         store::{Octet, Store},
     },
-    fill::{brick_origin, walled::WallLattice},
+    fill::{brick_origin, eighths, walled::WallLattice},
     lattice::{BRICK, Coord, OCTET},
     lookup::directory::Cursor,
     march::tables::{CASES, edge_corner},
@@ -98,12 +98,12 @@ pub(crate) fn want_needed(store: &Store<1>, counted: &Counted, part: Part, value
             if crossings.edges[axis] == 0 {
                 continue;
             }
-            values.want(octet.at, 1 << brick, |_| 0);
+            values.want(octet.at, eighths::OF[brick], |_| 0);
             let last = side_mask(std::array::from_fn(|a| i32::from(a == axis)));
             if crossings.edges[axis] & last != 0 {
                 let (owner, index) = brick_above(brick, 1 << axis);
                 let at = std::array::from_fn(|a| octet.at[a] + (owner >> a & 1) as i32);
-                values.want(at, 1 << index, |_| 0);
+                values.want(at, eighths::OF[index], |_| 0);
             }
         }
     }

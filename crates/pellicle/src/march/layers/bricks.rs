@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! inside    one u64 a brick: bit x + 4 y + 16 z is a node
-//! values    64 a brick, meaningful where `filled`
+//! needed    the nodes at ends of crossed edges, likewise
+//! values    64 a brick: taken only by bricks that are evaluated, found through `place`
 //! shades    outward vectors and user data: taken only by bricks with vertices, found through `shade`
 //! ```
 //!
@@ -11,7 +12,7 @@
 use super::fill::NODES;
 use crate::{bricks::lists::Lists, lookup::columns::provide};
 
-/// No shade.
+/// No values, no shade.
 const NONE: u16 = u16::MAX;
 
 /// Outward vectors and user data of one brick's nodes.
@@ -28,10 +29,13 @@ pub(super) struct Shade<C> {
 pub(super) struct Bricks<C> {
     pub(super) lists: Lists,
     pub(super) inside: Vec<u64>,
-    pub(super) filled: Vec<bool>,
     /// Nodes at the ends of crossed edges.
     pub(super) needed: Vec<u64>,
-    pub(super) values: Vec<[f32; NODES]>,
+    /// Rows of bricks that have nodes inside, one bit each.
+    pub(super) rows: u16,
+    place: Vec<u16>,
+    values: Vec<[f32; NODES]>,
+    filled: usize,
     shade: Vec<u16>,
     shades: Vec<Shade<C>>,
     taken: usize,
@@ -42,9 +46,11 @@ impl<C> Default for Bricks<C> {
         Self {
             lists: Lists::default(),
             inside: Vec::new(),
-            filled: Vec::new(),
             needed: Vec::new(),
+            rows: 0,
+            place: Vec::new(),
             values: Vec::new(),
+            filled: 0,
             shade: Vec::new(),
             shades: Vec::new(),
             taken: 0,
@@ -59,12 +65,34 @@ impl<C: Copy + Default> Bricks<C> {
             bits.clear();
             bits.resize(bricks, 0);
         }
-        self.filled.clear();
-        self.filled.resize(bricks, false);
-        self.shade.clear();
-        self.shade.resize(bricks, NONE);
-        self.values.resize(bricks.max(self.values.len()), [0.0; NODES]);
-        self.taken = 0;
+        for places in [&mut self.place, &mut self.shade] {
+            places.clear();
+            places.resize(bricks, NONE);
+        }
+        (self.rows, self.filled, self.taken) = (0, 0, 0);
+    }
+
+    /// Whether a brick has values.
+    #[inline(always)]
+    pub(super) fn is_filled(&self, brick: usize) -> bool {
+        self.place[brick] != NONE
+    }
+
+    /// Gives a brick that has none a place for its values, with the lists.
+    #[inline(always)]
+    pub(super) fn place(&mut self, brick: usize) -> (&Lists, &mut [f32; NODES]) {
+        self.place[brick] = self.filled as u16;
+        self.filled += 1;
+        if self.values.len() < self.filled {
+            self.values.push([0.0; NODES]);
+        }
+        (&self.lists, &mut self.values[self.filled - 1])
+    }
+
+    /// The values of a brick that has them.
+    #[inline(always)]
+    pub(super) fn values_of(&self, brick: usize) -> &[f32; NODES] {
+        &self.values[usize::from(self.place[brick])]
     }
 
     /// Lists, and the shade of a brick, which gets one if it has none, with room for so many nodes' user data.
@@ -99,24 +127,25 @@ impl<C: Copy + Default> Bricks<C> {
         &self.shades[usize::from(self.shade[brick])]
     }
 
-    /// Shades in use.
-    pub(super) fn shades(&self) -> usize {
-        self.taken
+    /// Bricks with values, and with shades.
+    pub(super) fn used(&self) -> [usize; 2] {
+        [self.filled, self.taken]
     }
 
-    /// Makes room for so many bricks, and shades with so many nodes' user data.
-    pub(super) fn provide(&mut self, bricks: usize, shades: usize, corners: usize) {
+    /// Makes room for so many bricks, of which so many have values and shades, these with so many nodes' user data.
+    pub(super) fn provide(&mut self, bricks: usize, [filled, shades]: [usize; 2], corners: usize) {
         provide(&mut self.inside, bricks);
         provide(&mut self.needed, bricks);
-        provide(&mut self.filled, bricks);
+        provide(&mut self.place, bricks);
         provide(&mut self.shade, bricks);
-        self.values.resize(bricks.max(self.values.len()), [0.0; NODES]);
+        self.values.resize(filled.max(self.values.len()), [0.0; NODES]);
         self.grow(shades, corners);
     }
 
     /// Bytes in use, with shades of so many nodes' user data.
     pub(super) fn bytes(&self, corners: usize) -> usize {
-        self.inside.len() * (size_of::<[f32; NODES]>() + 16 + 1 + 2)
+        self.inside.len() * (8 + 8 + 2 + 2)
+            + self.filled * size_of::<[f32; NODES]>()
             + self.taken * (size_of::<Shade<C>>() + corners * size_of::<C>())
     }
 }

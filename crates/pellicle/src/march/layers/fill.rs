@@ -33,6 +33,12 @@ const fn lanes(step: usize) -> [f32; LANES] {
     to
 }
 
+/// Where a plane's nodes lie along x and y, from the block's first: whole numbers.
+#[inline(always)]
+fn nodes<S: Simd>(s: S, list: &List<'_>) -> (S::F, S::F) {
+    (s.add(s.load(&LANE_X), s.splat(list.first[0])), s.add(s.load(&LANE_Y), s.splat(list.first[1])))
+}
+
 /// Values of the first `PLANES` planes of nodes. Gives one bit for each node that is inside.
 #[inline(always)]
 pub(super) fn values<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usize>(
@@ -42,18 +48,18 @@ pub(super) fn values<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usiz
     iso: f32,
     to: &mut [f32; NODES],
 ) -> u64 {
-    let (xs, ys) = (s.load(&LANE_X), s.load(&LANE_Y));
+    let (xs, ys) = nodes(s, list);
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
     let mut sums = [zero; PLANES];
-    for (i, entry) in list.entries.iter().enumerate() {
-        let (dx, dy) = (s.sub(xs, s.splat(entry.at[0])), s.sub(ys, s.splat(entry.at[1])));
+    for &i in list.entries {
+        let seen = &list.seen[i as usize];
+        let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
         let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        let flat = s.sub(one, s.mul(flat, s.splat(entry.per_reach_sq)));
-        let strength = if VARIED { list.strengths[i] } else { 1.0 };
+        let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
         for plane in 0..PLANES {
-            let u = s.max(s.sub(flat, s.splat(entry.rest[plane])), zero);
+            let u = s.max(s.sub(flat, s.splat(seen.rest[plane])), zero);
             let value = falloff.value(s, u);
-            let value = if VARIED { s.mul(value, s.splat(strength)) } else { value };
+            let value = if VARIED { s.mul(value, s.splat(seen.strength)) } else { value };
             sums[plane] = s.add(sums[plane], value);
         }
     }
@@ -74,19 +80,20 @@ pub(super) fn outward<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usi
     first: usize,
     to: &mut [[f32; NODES]; 3],
 ) {
-    let (xs, ys) = (s.load(&LANE_X), s.load(&LANE_Y));
+    let (xs, ys) = nodes(s, list);
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
     let mut sums = [[zero; 3]; PLANES];
-    for (i, entry) in list.entries.iter().enumerate() {
-        let (dx, dy) = (s.sub(xs, s.splat(entry.at[0])), s.sub(ys, s.splat(entry.at[1])));
+    for &i in list.entries {
+        let seen = &list.seen[i as usize];
+        let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
         let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        let flat = s.sub(one, s.mul(flat, s.splat(entry.per_reach_sq)));
-        let factor = if VARIED { list.strengths[i] * entry.per_reach_sq } else { 1.0 };
+        let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
+        let factor = if VARIED { seen.strength * seen.per_reach_sq } else { 1.0 };
         for plane in 0..PLANES {
-            let u = s.max(s.sub(flat, s.splat(entry.rest[first + plane])), zero);
+            let u = s.max(s.sub(flat, s.splat(seen.rest[first + plane])), zero);
             let slope = s.select(s.gt(u, zero), falloff.slope(s, u), zero);
             let slope = if VARIED { s.mul(slope, s.splat(factor)) } else { slope };
-            let dz = s.splat((first + plane) as f32 - entry.at[2]);
+            let dz = s.splat((first + plane) as f32 - seen.z);
             sums[plane][0] = s.add(sums[plane][0], s.mul(slope, dx));
             sums[plane][1] = s.add(sums[plane][1], s.mul(slope, dy));
             sums[plane][2] = s.add(sums[plane][2], s.mul(slope, dz));

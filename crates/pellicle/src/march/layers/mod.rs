@@ -11,9 +11,10 @@
 //! entered in one list a brick ([`lists`](crate::bricks::lists)), and all their nodes are evaluated, 16 at a time. So nothing
 //! is missed, no cube need be followed from another, and a block needs no margin.
 //!
-//! Then the layer below is finished: the nodes at ends of crossed edges are found by shift and exclusive-or of the rows'
+//! Then the layer below is finished: the nodes at ends of crossed edges are found by shift and exclusive-or of the bricks'
 //! bits; those get values, outward vectors and user data, whole planes of a brick at once; then each of its four slabs gets
-//! its vertices, row by row, and its cells' triangles, in the viewer's order if there is one.
+//! its vertices, 16 at a time, and its cells' triangles, in the viewer's order if there is one. Rows of bricks that no edge
+//! is crossed in are passed by.
 //!
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008: slices, todo lists and vertices shared
 //! between cubes from section 4, order from section 5, projections of single slabs from section 6. The complete search, and
@@ -22,22 +23,25 @@
 mod bricks;
 mod fill;
 mod shade;
+mod sides;
+mod triangles;
 mod vertices;
 
 use crate::{
     bricks::lists::{Heights, Room, SIDE},
-    lookup::columns::{Extent, Near, Want, provide},
+    lookup::columns::{Extent, Near, provide},
     march::slices::{Blend, Lap, March, Rows, Skin, Todo, WIDEST},
-    math::{
-        bits::ones,
-        simd::{Kernel, LANES, Simd},
-    },
+    math::simd::{Kernel, LANES, Simd},
 };
 use bricks::Bricks;
 use fill::NODES;
+use sides::LOWEST;
+use vertices::{Ends, Places};
 
 /// Slices whose bits are kept: two layers'.
 const RING: usize = 2 * SIDE;
+/// Triangles from which on a slab's end is a time to drain: often enough that a piece stays small, rarely enough to cost nothing.
+const DRAINED: usize = 512;
 /// Most slabs between two slices that share vertices: their numbers are kept for two slices along x and y, and between.
 const NUMBERED: usize = 5;
 
@@ -46,11 +50,12 @@ pub(crate) struct Work<C> {
     heights: Heights,
     /// By the layer's parity.
     layers: [Bricks<C>; 2],
-    /// Nodes that are inside, and nodes at the ends of crossed edges, of the last slices.
+    /// Nodes that are inside, of the last slices.
     inside: [Rows; RING],
-    needed: [Rows; RING],
     /// Numbers of vertices, by the edge's lower node: along x, y of the even slice, of the odd one, along z between.
     numbers: Vec<u32>,
+    ends: Ends,
+    places: Places,
     todo: Todo,
     near: Near,
     slopes: Vec<f32>,
@@ -63,8 +68,9 @@ impl<C: Copy + Default> Default for Work<C> {
             heights: Heights::default(),
             layers: [Bricks::default(), Bricks::default()],
             inside: [[0; WIDEST]; RING],
-            needed: [[0; WIDEST]; RING],
             numbers: Vec::new(),
+            ends: Ends::default(),
+            places: [[0.0; WIDEST]; 3],
             todo: Todo::default(),
             near: Near::default(),
             slopes: Vec::new(),
@@ -79,7 +85,8 @@ pub(crate) struct Needs {
     room: Room,
     nodes: usize,
     bricks: usize,
-    shades: usize,
+    /// Bricks with values, and with shades.
+    used: [usize; 2],
     corners: usize,
 }
 
@@ -90,7 +97,7 @@ impl Needs {
             room: self.room.join(&other.room),
             nodes: self.nodes.max(other.nodes),
             bricks: self.bricks.max(other.bricks),
-            shades: self.shades.max(other.shades),
+            used: [0, 1].map(|i| self.used[i].max(other.used[i])),
             corners: self.corners.max(other.corners),
         }
     }
@@ -111,7 +118,7 @@ impl<C: Copy + Default> Work<C> {
         self.heights.provide(&needs.room);
         for layer in &mut self.layers {
             layer.lists.provide(&needs.room);
-            layer.provide(needs.bricks, needs.shades, needs.corners);
+            layer.provide(needs.bricks, needs.used, needs.corners);
         }
         provide(&mut self.numbers, NUMBERED * needs.nodes);
         self.near.provide(needs.room.longest() + 2 * LANES);
@@ -129,6 +136,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
         let extent = Extent { first: self.first, nodes: self.seam.cells.map(|cells| cells + 1) };
         self.work.heights.sort(extent, self.scene.particles, self.members);
         self.work.numbers.resize(NUMBERED * extent.nodes[0] * extent.nodes[1], 0);
+        self.find_places(extent);
         let layers = extent.nodes[2].div_ceil(SIDE);
         for layer in 0..layers {
             self.enter(s, extent, layer);
@@ -147,8 +155,9 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
 }
 
 /// Bricks of a layer along x and y.
+#[inline(always)]
 fn bricks_of(extent: Extent) -> [usize; 2] {
-    [0, 1].map(|a| extent.nodes[a].div_ceil(SIDE))
+    [extent.nodes[0].div_ceil(SIDE), extent.nodes[1].div_ceil(SIDE)]
 }
 
 /// The brick of a layer that holds a node, and the node's place in it.
@@ -167,16 +176,15 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     #[inline(always)]
     fn enter<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
         let bricks: usize = bricks_of(extent).iter().product();
-        let want = Want { varied: B::WANT.varied, who: B::WANT.who || self.scene.shading.data() };
         let (scene, work) = (self.scene, &mut *self.work);
         let here = &mut work.layers[layer % 2];
-        here.begin(bricks);
-        let (lists, falloff) = (&mut here.lists, scene.blend.falloff());
-        lists.begin(s, falloff, scene.iso, extent, layer, scene.particles, &work.heights, want);
-        for z in SIDE * layer..SIDE * (layer + 1) {
-            work.inside[z % RING] = [0; WIDEST];
-            work.needed[z % RING] = [0; WIDEST];
+        if here.rows != 0 {
+            for z in SIDE * layer..SIDE * (layer + 1) {
+                work.inside[z % RING] = [0; WIDEST];
+            }
         }
+        here.begin(bricks);
+        here.lists.begin(s, scene.blend.falloff(), scene.iso, extent, layer, scene.particles, &work.heights);
     }
 
     /// Counts what a layer held, and how much room it needed.
@@ -190,7 +198,9 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         counts.cache_bytes = counts.cache_bytes.max(cache as u64);
         let render = even.bytes(corners)
             + odd.bytes(corners)
-            + 2 * RING * size_of::<Rows>()
+            + RING * size_of::<Rows>()
+            + size_of::<Places>()
+            + size_of::<Ends>()
             + 4 * work.numbers.len()
             + size_of::<Todo>();
         counts.render_bytes = counts.render_bytes.max(render as u64);
@@ -198,100 +208,43 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             room: here.lists.room(&work.heights),
             nodes: extent.nodes[0] * extent.nodes[1],
             bricks,
-            shades: even.shades().max(odd.shades()),
+            used: [0, 1].map(|i| even.used()[i].max(odd.used()[i])),
             corners,
         };
         work.needs = work.needs.join(&needs);
     }
 
-    /// Finds the side of every node of a layer: by bounds, or by its value.
-    #[inline(always)]
-    fn find_sides<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
-        let [width, rows] = bricks_of(extent);
-        for row in 0..rows {
-            let lists = &self.work.layers[layer % 2].lists;
-            let (open, certain) = (lists.open[row], lists.inside[row]);
-            self.piece.counts.bounds += u64::from(open.count_ones() + certain.count_ones());
-            for column in ones((open | certain).into()) {
-                let brick = row * width + column;
-                let is_open = open >> column & 1 == 1;
-                let inside = if is_open { self.fill(s, extent, layer, brick) } else { u64::MAX };
-                self.work.layers[layer % 2].inside[brick] = inside;
-                for line in 0..if inside == 0 { 0 } else { SIDE * SIDE } {
-                    let bits = inside >> (SIDE * line) & 0b1111;
-                    let slice = &mut self.work.inside[(SIDE * layer + line / SIDE) % RING];
-                    slice[SIDE * row + line % SIDE] |= bits << (SIDE * column);
-                }
-            }
-        }
-    }
-
     /// Makes the vertices and triangles between a layer and the next one, both of whose nodes' sides are known.
     #[inline(always)]
     fn finish<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
-        if !self.find_needed(extent, layer) {
+        let [even, odd] = &self.work.layers;
+        if even.rows | odd.rows == 0 {
             return;
         }
-        self.prepare(s, extent, layer, u64::MAX);
-        self.prepare(s, extent, layer + 1, (1 << LANES) - 1);
+        let [here, above] = self.find_needed(extent, layer);
+        let mut rows = 0u64;
+        for row in 0..bricks_of(extent)[1] {
+            rows |= if here[row] | above[row] == 0 { 0 } else { 0b1111 << (SIDE * row) };
+        }
+        rows &= u64::MAX >> (64 - extent.nodes[1]);
+        if rows == 0 {
+            return;
+        }
+        self.prepare(s, extent, layer, &here, u64::MAX);
+        self.prepare(s, extent, layer + 1, &above, LOWEST);
         for z in SIDE * layer..SIDE * (layer + 1) {
             if z == 0 {
-                self.number_slice(extent, 0);
+                self.number_slice(s, extent, 0, rows);
             }
-            self.number_between(extent, z);
-            self.number_slice(extent, z + 1);
-            self.march_slab(extent, z);
+            self.number_between(s, extent, z, rows);
+            self.number_slice(s, extent, z + 1, rows);
+            self.make_vertices(s, extent);
+            self.march_slab(extent, z, rows);
+            match self.drain.as_mut() {
+                Some(drain) if self.piece.triangles.len() >= DRAINED => drain(self.piece),
+                _ => {}
+            }
         }
         self.piece.counts.live_slices = self.piece.counts.live_slices.max(2);
-    }
-
-    /// Notes the nodes at the ends of crossed edges that are new with the layer above. Whether there are any.
-    fn find_needed(&mut self, extent: Extent, layer: usize) -> bool {
-        let [width, height, _] = extent.nodes;
-        let (nodes, cells) = (u64::MAX >> (64 - width), u64::MAX >> (65 - width));
-        let Work { inside, needed, .. } = &mut *self.work;
-        let mut any = 0;
-        for z in SIDE * layer + usize::from(layer > 0)..=SIDE * (layer + 1) {
-            let (inside, needed) = (&inside[z % RING], &mut needed[z % RING]);
-            for y in 0..height {
-                let row = inside[y];
-                let along_x = (row ^ row >> 1) & cells;
-                let along_y = if y + 1 < height { (row ^ inside[y + 1]) & nodes } else { 0 };
-                needed[y] |= along_x | along_x << 1 | along_y;
-                if y + 1 < height {
-                    needed[y + 1] |= along_y;
-                }
-                any |= along_x | along_y;
-            }
-        }
-        for z in SIDE * layer..SIDE * (layer + 1) {
-            for y in 0..height {
-                let along_z = (inside[z % RING][y] ^ inside[(z + 1) % RING][y]) & nodes;
-                needed[z % RING][y] |= along_z;
-                needed[(z + 1) % RING][y] |= along_z;
-                any |= along_z;
-            }
-        }
-        any != 0
-    }
-
-    /// Visits the crossed cells of a slab whose vertices all have numbers.
-    #[inline(always)]
-    fn march_slab(&mut self, extent: Extent, z: usize) {
-        let work = &mut *self.work;
-        let (lower, upper) = (&work.inside[z % RING], &work.inside[(z + 1) % RING]);
-        let cells = u64::MAX >> (65 - extent.nodes[0]);
-        let mut count = 0;
-        for y in 0..extent.nodes[1] - 1 {
-            let rows = [lower[y], lower[y + 1], upper[y], upper[y + 1]];
-            let any = rows[0] | rows[1] | rows[2] | rows[3];
-            let all = rows[0] & rows[1] & rows[2] & rows[3];
-            let crossed = (any | any >> 1) & !(all & all >> 1) & cells;
-            count += crossed.count_ones();
-            work.todo.push_row(y, crossed);
-        }
-        self.piece.counts.cubes += u64::from(count);
-        self.piece.counts.visited += u64::from(count);
-        self.make_triangles(extent, z);
     }
 }

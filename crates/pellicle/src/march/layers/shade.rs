@@ -4,13 +4,14 @@
 //! data are computed once and used again.
 
 use super::{
-    RING, Work, bricks_of,
+    Work, bricks_of,
     fill::{self, NODES},
+    sides::Wanted,
 };
 use crate::{
     bricks::lists::{List, SIDE},
     lookup::columns::Extent,
-    march::slices::{Blend, March, Neighbours, Skin, WIDEST},
+    march::slices::{Blend, March, Neighbours, Skin},
     math::{
         bits::ones,
         simd::{LANES, Simd},
@@ -29,10 +30,8 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     pub(super) fn fill<S: Simd>(&mut self, s: S, extent: Extent, layer: usize, brick: usize) -> u64 {
         let planes = Self::planes(extent, layer);
         let iso = self.scene.iso;
-        let here = &mut self.work.layers[layer % 2];
-        let list = here.lists.list(brick);
-        let values = &mut here.values[brick];
-        here.filled[brick] = true;
+        let (lists, values) = self.work.layers[layer % 2].place(brick);
+        let list = lists.list(brick);
         self.piece.counts.corners += (LANES * planes) as u64;
         self.piece.counts.looked_at += (LANES * planes * list.entries.len()) as u64;
         if let Some(falloff) = self.scene.blend.falloff() {
@@ -54,28 +53,22 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         inside
     }
 
-    /// Gives the nodes that are needed, of those in `of` of each brick, what their vertices are made of.
+    /// Gives the nodes that are needed, of those in `of` of each brick, what their vertices are made of. `wanted` holds the
+    /// bricks with needed nodes, one bit each, row by row.
     #[inline(always)]
-    pub(super) fn prepare<S: Simd>(&mut self, s: S, extent: Extent, layer: usize, of: u64) {
+    pub(super) fn prepare<S: Simd>(&mut self, s: S, extent: Extent, layer: usize, wanted: &Wanted, of: u64) {
         let [width, rows] = bricks_of(extent);
-        let (work, particles) = (&mut *self.work, self.scene.particles);
-        let here = &mut work.layers[layer % 2];
-        let mut late = [0u16; WIDEST / SIDE];
-        for brick in 0..width * rows {
-            let (x, y) = (SIDE * (brick % width), SIDE * (brick / width));
-            let mut needed = 0;
-            for row in 0..SIDE * SIDE {
-                let bits = work.needed[(SIDE * layer + row / SIDE) % RING][y + row % SIDE] >> x & 0b1111;
-                needed |= bits << (SIDE * row);
+        let here = &mut self.work.layers[layer % 2];
+        let (mut late, mut any_late) = (Wanted::default(), 0);
+        for (row, &bricks) in wanted[..rows].iter().enumerate() {
+            for column in ones(bricks.into()) {
+                late[row] |= u16::from(!here.is_filled(row * width + column)) << column;
             }
-            here.needed[brick] = needed & of;
-            if needed & of != 0 && !here.filled[brick] {
-                late[brick / width] |= 1 << (brick % width);
-            }
+            any_late |= late[row];
         }
-        if late.iter().any(|&bricks| bricks != 0) {
+        if any_late != 0 {
             // Bounds decided these bricks' sides, which their values cannot contradict; they stand beside a crossing.
-            here.lists.add(&late[..rows], particles);
+            here.lists.add(&late[..rows]);
             for (row, &bricks) in late.iter().enumerate() {
                 for column in ones(bricks.into()) {
                     self.fill(s, extent, layer, row * width + column);
@@ -83,9 +76,10 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             }
         }
         if self.scene.shading.any() {
-            for brick in 0..width * rows {
-                let needed = self.work.layers[layer % 2].needed[brick];
-                if needed != 0 {
+            for (row, &bricks) in wanted[..rows].iter().enumerate() {
+                for column in ones(bricks.into()) {
+                    let brick = row * width + column;
+                    let needed = self.work.layers[layer % 2].needed[brick] & of;
                     self.shade(s, extent, layer, brick, needed);
                 }
             }

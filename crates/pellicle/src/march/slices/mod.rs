@@ -71,9 +71,14 @@ pub(crate) struct Piece<V> {
     pub(crate) foreign: Vec<Reference>,
     /// Key and number of own vertices that later blocks may refer to, in order of keys.
     pub(crate) shared: Vec<(u32, u32)>,
+    /// Own vertices that were taken away already, before those that are here.
+    pub(crate) drained: usize,
     pub(crate) counts: Counts,
     pub(crate) times: Times,
 }
+
+/// Takes what a piece has so far of vertices and triangles, by [`Piece::drain`].
+pub(crate) type Drain<'a, V> = dyn FnMut(&mut Piece<V>) + 'a;
 
 /// Marks a vertex of another block.
 pub(crate) const FOREIGN: u32 = 1 << 31;
@@ -87,6 +92,7 @@ impl<V> Default for Piece<V> {
             triangles: Vec::new(),
             foreign: Vec::new(),
             shared: Vec::new(),
+            drained: 0,
             counts: Counts::default(),
             times: Times::default(),
         }
@@ -104,11 +110,18 @@ impl<V> Piece<V> {
             + size_of_val(&self.shared[..])
     }
 
-    pub(crate) fn clear(&mut self) {
+    /// Forgets the vertices and triangles that are here; later ones go on counting.
+    pub(crate) fn drain(&mut self) {
+        self.drained += self.positions.len();
         self.positions.clear();
         self.normals.clear();
         self.data.clear();
         self.triangles.clear();
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.drain();
+        self.drained = 0;
         self.foreign.clear();
         self.shared.clear();
         self.counts = Counts::default();
@@ -263,6 +276,8 @@ pub(crate) struct March<'a, B, K: Skin, W> {
     pub(crate) members: &'a [u32],
     pub(crate) work: &'a mut W,
     pub(crate) piece: &'a mut Piece<K::Vertex>,
+    /// Called again and again while the block is marched, by a complete search, where nobody needs its surface as a whole.
+    pub(crate) drain: Option<&'a mut Drain<'a, K::Vertex>>,
 }
 
 impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {

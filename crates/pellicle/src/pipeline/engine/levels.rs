@@ -4,7 +4,7 @@
 //! the order of blocks.
 
 use super::{
-    Blend, Engine, Frame, MOST_LEVELS, Metaball, Part, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
+    Blend, Engine, Frame, MOST_LEVELS, Metaball, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
 };
 use crate::{
     Error,
@@ -15,6 +15,7 @@ use crate::{
         levels::{Columned, Place, Pool, Scratch, Surface, Vertices, fit_pool},
         slices::{Lap, Seeds},
     },
+    sink::Part,
 };
 
 /// The part of the world that a block takes, in world units.

@@ -1,5 +1,6 @@
 //! Road B: particles → blocks → lists of bricks (or columns) → layers (or slices) → sink, every frame.
 
+mod job;
 mod keep;
 mod levels;
 mod params;
@@ -18,7 +19,7 @@ use std::sync::Mutex;
 
 use crate::{
     Control, Error, Positions,
-    bricks::blocks::{Block, Blocks},
+    bricks::blocks::Blocks,
     field::{
         density,
         falloff::{Any, InverseSquare, Triquet},
@@ -26,15 +27,12 @@ use crate::{
     lattice::Lattice,
     lookup::{cells::Cells, columns::Placed},
     march::slices::{
-        Blend, Clock, Custom, CustomField, FOREIGN, Lap, March, Plain, Radial, Scene, Seam, Seeds, Shading, Sight,
-        Skin, Times,
+        Blend, Clock, Custom, CustomField, FOREIGN, Lap, Piece, Plain, Radial, Scene, Shading, Sight, Skin, Times,
     },
-    math::{
-        ranges::{PerItem, for_each_part},
-        simd::Unit,
-    },
-    sink::{Part, Sink},
+    math::simd::Unit,
+    sink::Sink,
 };
+use job::Job;
 use keep::{Keep, Kept};
 use seams::Seams;
 use view::{Axes, block_key, dot};
@@ -270,6 +268,7 @@ impl<K: Skin> Engine<K> {
         let lattice = Lattice { spacing, support: reach };
         let per_spacing = 1.0 / spacing;
         self.placed.clear();
+        self.placed.reserve_exact(n);
         for i in 0..n {
             let position = particles.positions.get(i);
             lattice.check(i, position)?;
@@ -358,10 +357,11 @@ impl<K: Skin> Engine<K> {
             .map(|(view, axes)| Sight { order: view.order, cube: view.cube(&axes, self.params.spacing) });
         let threads = rayon::current_num_threads();
         let reuse = self.params.reuse == Reuse::Unchanged;
-        let batch = match (reuse, threads) {
+        let alone = !reuse && threads == 1;
+        let batch = match (reuse, alone) {
             (true, _) => self.blocks.blocks.len().max(1),
-            (false, 1) => 1,
-            (false, _) => 8 * threads,
+            (_, true) => 1,
+            _ => 8 * threads,
         };
         self.works.resize_with(threads.max(self.works.len()), Mutex::default);
         if reuse {
@@ -390,25 +390,33 @@ impl<K: Skin> Engine<K> {
                 reuse,
             };
             let kept = &mut self.keep.kept[..blocks.len()];
-            job.run(blocks, kept);
+            if let ([block], true) = (blocks, alone) {
+                // Nobody works beside: what there is of the surface is written as soon as it is made.
+                let (seams, frame, mut written) = (&mut self.seams, &mut frame, Ok(()));
+                let around = self.blocks.around(block);
+                seams.begin_block(frame);
+                let mut drain = |piece: &mut Piece<K::Vertex>| {
+                    if written.is_ok() {
+                        written = seams.write(piece, &around, frame, sink);
+                    }
+                    piece.drain();
+                };
+                job.march(block, &mut kept[0], Some(&mut drain));
+                written?;
+            } else {
+                job.run(blocks, kept);
+            }
             for Kept { piece, around, reused, .. } in kept {
                 frame.counts.add(&piece.counts);
                 if !*reused {
                     frame.times.add(&piece.times);
                 }
                 frame.reused += usize::from(*reused);
-                let triangles = self.seams.resolve(piece, around, &mut frame)?;
-                let written = triangles.len();
-                sink.append(Part {
-                    first_vertex: frame.vertices,
-                    first_triangle: frame.triangles,
-                    positions: &piece.positions,
-                    normals: &piece.normals,
-                    data: &piece.data,
-                    triangles,
-                });
-                frame.vertices += piece.positions.len();
-                frame.triangles += written;
+                if !alone {
+                    self.seams.begin_block(&frame);
+                }
+                self.seams.write(piece, around, &mut frame, sink)?;
+                self.seams.end_block(piece);
             }
         }
         let works = || self.works.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
@@ -432,50 +440,6 @@ impl<K: Skin> Engine<K> {
             let (low, high) = nodes.fold((i64::MAX, i64::MIN), |(low, high), n| (low.min(n), high.max(n)));
             if low > high || (low > -NEAR && high < NEAR) { 0 } else { ((low + high) / 2 / NEAR * NEAR) as i32 }
         })
-    }
-}
-
-/// Marching some blocks, on as many threads as there are.
-struct Job<'a, B, K: Skin> {
-    unit: Unit,
-    scene: &'a Scene<'a, B, K>,
-    /// The viewer's cube in the lattice.
-    sight: Option<Sight>,
-    blocks: &'a Blocks,
-    params: &'a Params,
-    works: &'a [Mutex<Work<K::Corner>>],
-    /// Whether what was kept of a block is compared with what there is now.
-    reuse: bool,
-}
-
-impl<B: Blend, K: Skin> Job<'_, B, K> {
-    fn run(&self, blocks: &[Block], kept: &mut [Kept<K::Vertex>]) {
-        for_each_part(0..blocks.len(), PerItem(kept, 1), &|i| i, &|i, kept: PerItem<'_, _>| {
-            let (block, kept) = (&blocks[i], &mut kept.0[0]);
-            kept.around = self.blocks.around(block);
-            let seam = Seam { around: kept.around, margin: self.params.margin(), cells: self.params.block };
-            let first: [i32; 3] = std::array::from_fn(|a| block.at[a] * self.params.block[a] as i32);
-            let sight = self.sight.map(|sight| Sight {
-                cube: std::array::from_fn(|a| sight.cube[a] - i64::from(first[a]) + seam.margin as i64),
-                ..sight
-            });
-            let members = self.blocks.members(block);
-            kept.reused = self.reuse && kept.holds(block, members, self.scene.particles, sight);
-            if kept.reused {
-                return;
-            }
-            let thread = rayon::current_thread_index().unwrap_or(0) % self.works.len();
-            let mut work = self.works[thread].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let (scene, piece) = (self.scene, &mut kept.piece);
-            let Work { slices: by_slices, layers: by_layers } = &mut *work;
-            match scene.seeds {
-                Seeds::Complete => self.unit.run(March { scene, first, seam, sight, members, work: by_layers, piece }),
-                Seeds::Particles => self.unit.run(March { scene, first, seam, sight, members, work: by_slices, piece }),
-            }
-            if self.reuse {
-                kept.settle();
-            }
-        });
     }
 }
 

@@ -4,7 +4,11 @@ use super::Frame;
 use crate::{
     Error,
     march::slices::{FOREIGN, Piece},
+    sink::{Part, Sink},
 };
+
+/// Triangles that are numbered and handed to the sink at once.
+const AT_ONCE: usize = 256;
 
 /// Numbers of vertices that later blocks refer to.
 #[derive(Default)]
@@ -13,8 +17,10 @@ pub(super) struct Seams {
     entries: Vec<(u32, u32)>,
     /// Where each block's begin.
     starts: Vec<u32>,
+    /// Of the present block: its first vertex, and the numbers of others' that it refers to.
+    base: u32,
     resolved: Vec<u32>,
-    triangles: Vec<[u32; 3]>,
+    lacks: bool,
 }
 
 /// Stands for a vertex that the owner did not make.
@@ -33,36 +39,70 @@ impl Seams {
         self.starts.push(0);
     }
 
-    /// Gives a piece's vertices and triangles their numbers in the whole surface, and remembers those that later pieces may
-    /// refer to. `around` holds the places in the order of the blocks around, `frame` the counts of what came before.
-    pub(super) fn resolve<V>(
+    /// Starts the next block.
+    pub(super) fn begin_block(&mut self, frame: &Frame) {
+        // What does not fit is refused before it is numbered.
+        self.base = frame.vertices as u32;
+        self.resolved.clear();
+        self.lacks = false;
+    }
+
+    /// Gives what a block's piece has of vertices and triangles their numbers in the whole surface, and writes them.
+    /// `around` holds the places in the order of the blocks around, `frame` the counts of what came before.
+    ///
+    /// # Errors
+    /// [`Error::Count`] when there are more vertices than numbers.
+    pub(super) fn write<V>(
         &mut self,
         piece: &Piece<V>,
         around: &[u32; 27],
         frame: &mut Frame,
-    ) -> Result<&[[u32; 3]], Error> {
-        let base = frame.vertices as u64;
-        let end = base + piece.positions.len() as u64;
+        sink: &mut impl Sink<V>,
+    ) -> Result<(), Error> {
+        let end = (frame.vertices + piece.positions.len()) as u64;
         if end > u64::from(FOREIGN) {
             return Err(Error::Count { what: "vertices", needed: end, available: u64::from(FOREIGN) });
         }
-        let base = base as u32;
-        self.entries.extend(piece.shared.iter().map(|&(key, vertex)| (key, vertex + base)));
-        self.starts.push(self.entries.len() as u32);
-        self.resolved.clear();
-        for reference in &piece.foreign {
+        for reference in &piece.foreign[self.resolved.len()..] {
             let block = around[usize::from(reference.block)] as usize;
             let notes = &self.entries[self.starts[block] as usize..self.starts[block + 1] as usize];
             let found = notes.binary_search_by_key(&reference.key, |&(key, _)| key);
+            self.lacks |= found.is_err();
             self.resolved.push(found.map_or(MISSING, |at| notes[at].1));
         }
-        let number = |v: u32| if v & FOREIGN == 0 { v + base } else { self.resolved[(v ^ FOREIGN) as usize] };
-        self.triangles.clear();
-        self.triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(number)));
-        if self.resolved.contains(&MISSING) {
-            self.triangles.retain(|triangle| !triangle.contains(&MISSING));
-            frame.unmatched += piece.triangles.len() - self.triangles.len();
+        let (positions, normals, data) = (&piece.positions[..], &piece.normals[..], &piece.data[..]);
+        let (first_vertex, first_triangle) = (frame.vertices, frame.triangles);
+        sink.append(Part { first_vertex, first_triangle, positions, normals, data, triangles: &[] });
+        frame.vertices += positions.len();
+        let mut numbered = [[0; 3]; AT_ONCE];
+        for triangles in piece.triangles.chunks(AT_ONCE) {
+            let mut count = 0;
+            for triangle in triangles {
+                numbered[count] = triangle.map(|v| self.number(v));
+                count += usize::from(!(self.lacks && numbered[count].contains(&MISSING)));
+            }
+            sink.append(Part {
+                first_vertex: frame.vertices,
+                first_triangle: frame.triangles,
+                positions: &[],
+                normals: &[],
+                data: &[],
+                triangles: &numbered[..count],
+            });
+            frame.triangles += count;
+            frame.unmatched += triangles.len() - count;
         }
-        Ok(&self.triangles)
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn number(&self, v: u32) -> u32 {
+        if v & FOREIGN == 0 { v + self.base } else { self.resolved[(v ^ FOREIGN) as usize] }
+    }
+
+    /// Remembers the vertices that later blocks may refer to of a block that has been written.
+    pub(super) fn end_block<V>(&mut self, piece: &Piece<V>) {
+        self.entries.extend(piece.shared.iter().map(|&(key, vertex)| (key, vertex + self.base)));
+        self.starts.push(self.entries.len() as u32);
     }
 }
