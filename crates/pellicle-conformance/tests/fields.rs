@@ -1,7 +1,7 @@
 //! Every field on road A: all scenes on each vector unit, threads, blocks; cavities and real frames, band against full
 //! evaluation; particles with radii of their own; normals against the field's slope.
 
-use pellicle::{Attribute, Band, Carry, Lanes, Mesh, Params, Positions, ScalarField};
+use pellicle::{Attribute, Band, Carry, Lanes, Mesh, Params, Positions, ScalarField, SolenthalerParams};
 use pellicle_conformance::{
     Defect, Delivery, Memory, Random, Scene, Subject,
     cavities::{self, HOLES},
@@ -89,6 +89,21 @@ fn cavities_are_found_by_every_field() {
         }
     }
     lose_nothing(&all);
+}
+
+#[test]
+fn cavities_are_found_with_thresholds_of_ones_own() {
+    for (t_low, t_high) in [(0.4, 3.5), (0.4, 2.0), (0.2, 1.3), (0.0, 1.05), (0.5, 4.0)] {
+        let field = ScalarField::Solenthaler(SolenthalerParams { t_low, t_high, ..SolenthalerParams::default() });
+        for (i, hole) in HOLES.into_iter().enumerate() {
+            let scene = cavities::bulk(10, 0.15, hole, &mut Random::new(i as u64)).cell_size(1.0);
+            let mesh = |band| {
+                must(Subject { band, field: Some(field), ..Subject::default() }.mesh(&scene).map_err(|e| e.to_string()))
+            };
+            let same = same_bytes(&mesh(Band::Auto), &mesh(Band::Full));
+            must(same.map_err(|e| format!("{}, thresholds {t_low} and {t_high}: {e}", scene.name)));
+        }
+    }
 }
 
 #[test]
