@@ -7,7 +7,7 @@
 //! Lengths are in whatever unit one divides by; the spacing of the particles is the natural one. The root mean square tells of all;
 //! median and the value that one in twenty exceeds stay what they are where droplets merge or tear, which is a change of topology
 //! and no flicker. A surface that is carried by the true motion of its points has none, but for the lattice's: its vertices lie on
-//! edges that stay in place, which amounts to a part of a cell's square and goes to zero with the cell.
+//! edges that stay in place, which shrinks with the cell.
 //!
 //! Source: this project.
 
