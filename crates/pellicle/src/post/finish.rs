@@ -53,7 +53,9 @@ impl Finish {
     /// Bytes needed besides the mesh, at the most: stars, neighbors, positions twice, and the mesh again where vertices are merged.
     pub fn memory(&self, mesh: &Mesh) -> u64 {
         let (v, t, copy) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64, mesh.bytes());
-        let again = if self.snap || self.keep != Keep::default() { copy + 26 * v } else { 0 };
+        // Of the diagonals of level parts, at most a quarter of the triangles, what is turned and how.
+        let turned = if self.zigzag { 26 * t } else { 0 };
+        let again = if self.snap || self.keep != Keep::default() { copy + 36 * v + turned } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
         let cut = if self.clamp.is_some() { cut::memory(mesh) } else { 0 };
