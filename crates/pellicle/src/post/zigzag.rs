@@ -43,16 +43,18 @@ impl Merged<'_> {
 
     /// Such diagonals at one end.
     fn find_squares(&self, group: usize, nodes: &[u64], fan: &mut Vec<[u32; 2]>, found: &mut Vec<Flip>) {
-        let a = self.groups.members(group)[0];
-        self.fan(a, fan);
-        let is_diagonal = |b: u32| a < b && plane_of(step(nodes[a as usize], nodes[b as usize])).is_some();
-        if !fan.iter().any(|&[next, _]| is_diagonal(next)) {
+        let members = self.groups.members(group);
+        let (a, here) = (members[0], nodes[members[0] as usize]);
+        // Most have none, and nodes tell that before anything is gathered.
+        let has_any = |&v: &u32| self.stars.corners(v as usize).iter().any(|&[n, _]| is_off(here, nodes[n as usize]));
+        if !members.iter().any(has_any) {
             return;
         }
+        self.fan(a, fan);
         let first = found.len();
         let is_ring = followers(fan, |i, j| {
             let ([d, b], c) = (fan[i], fan[j][1]);
-            if a < b && c != d && is_against_row([a, b, c, d].map(|v| nodes[v as usize])) {
+            if c != d && is_off(here, nodes[b as usize]) && is_square([a, b, c, d].map(|v| nodes[v as usize])) {
                 found.push(Flip { loss: 0, mixed: 0, ends: [a, b], wings: [c, d] });
             }
         });
@@ -64,32 +66,37 @@ impl Merged<'_> {
 }
 
 /// The axis that a step along the diagonal of a unit square is square to; `None` for other steps.
+#[inline(always)]
 fn plane_of(step: [i32; 3]) -> Option<usize> {
     let is_unit = step.iter().all(|s| s.abs() <= 1) && step.iter().filter(|s| **s != 0).count() == 2;
     is_unit.then(|| step.iter().position(|s| *s == 0)).flatten()
 }
 
-/// Whether the nodes are the corners of a unit square, the first two those of the diagonal that its row should not have.
-fn is_against_row([a, b, c, d]: [u64; 4]) -> bool {
-    let diagonal = step(a, b);
+/// Whether a step goes up the diagonal of a unit square that its row should not have. A row has the coordinate of its lower
+/// side, and its diagonals rise where that is even.
+#[inline(always)]
+fn is_off(from: u64, to: u64) -> bool {
+    let diagonal = step(from, to);
     let Some(axis) = plane_of(diagonal) else { return false };
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let (mut along_u, mut along_v) = ([0; 3], [0; 3]);
-    (along_u[u], along_v[v]) = (diagonal[u], diagonal[v]);
-    let sides = [step(a, c), step(a, d)];
-    if sides != [along_u, along_v] && sides != [along_v, along_u] {
-        return false;
-    }
-    let row = coordinate(a, u).wrapping_add(diagonal[u].min(0));
-    (diagonal[u] == diagonal[v]) != (row & 1 == 0)
+    diagonal[u] > 0 && (diagonal[v] > 0) != (coordinate(from, u) & 1 == 0)
+}
+
+/// Whether nodes are the corners of a unit square, of which the first two are the ends of a diagonal.
+fn is_square([a, b, c, d]: [u64; 4]) -> bool {
+    let (diagonal, sides) = (step(a, b), [step(a, c), step(a, d)]);
+    let is_side = |side: [i32; 3]| side.iter().filter(|s| **s != 0).count() == 1;
+    is_side(sides[0]) && is_side(sides[1]) && (0..3).all(|i| sides[0][i] + sides[1][i] == diagonal[i])
 }
 
 /// A coordinate of a packed node, as far as its bits go.
+#[inline(always)]
 fn coordinate(node: u64, axis: usize) -> i32 {
     (node >> (43 - 21 * axis)) as i32
 }
 
 /// From one packed node to another that is near.
+#[inline(always)]
 fn step(from: u64, to: u64) -> [i32; 3] {
     [0, 1, 2].map(|a| (coordinate(to, a).wrapping_sub(coordinate(from, a)) << 11) >> 11)
 }
@@ -152,10 +159,13 @@ mod tests {
                 };
                 let (rising, falling) =
                     ([at(0, 0), at(1, 1), at(1, 0), at(0, 1)], [at(1, 0), at(0, 1), at(0, 0), at(1, 1)]);
-                assert_eq!([rising, falling].map(is_against_row), [row % 2 != 0, row % 2 == 0], "{axis} {row}");
+                assert_eq!([rising, falling].map(|n| is_off(n[0], n[1])), [row % 2 != 0, false], "{axis} {row}");
+                assert_eq!(is_off(falling[1], falling[0]), row % 2 == 0, "{axis} {row}");
+                assert!(is_square(rising) && is_square(falling));
             }
         }
         let [a, b, c, d] = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 1]].map(node);
-        assert!(!is_against_row([b, a, c, d]) && !is_against_row([a, c, b, d]), "no square, no diagonal");
+        assert!(!is_square([a, b, c, d]) && !is_square([a, c, b, d]), "no square, no diagonal");
+        assert!(!is_off(a, c) && !is_off(a, a) && !is_off(c, d));
     }
 }
