@@ -163,6 +163,14 @@ fn what_is_wrong_with_a_list_is_told() {
     let message =
         read_volume(&folder.write("huge.pvti", huge), &VolumeOptions::default()).expect_err("huge").to_string();
     assert!(message.contains("out of proportion") || message.contains("more than can be counted"), "{message}");
+    // Nor may one that names the same file again and again: its bytes are there once.
+    let again = format!("<Piece Extent=\"{}\" Source=\"parts/high.vti\"/>\n", text([0, 149, 0, 149, 0, 149]));
+    let many = good
+        .replace("\"-2 5 1 6 0 4\"", "\"0 149 0 149 0 149\"")
+        .replace("</PImageData>", &(again.repeat(200) + "</PImageData>"));
+    let limited = VolumeOptions { inflated_limit: None, ..VolumeOptions::default() };
+    let message = read_volume(&folder.write("many.pvti", many), &limited).expect_err("many").to_string();
+    assert!(message.contains("out of proportion"), "{message}");
     // A piece that is cut short names itself.
     let bytes = std::fs::read(folder.join("parts/high.vti")).expect("written");
     folder.write("parts/high.vti", &bytes[..bytes.len() - 60]);

@@ -98,6 +98,23 @@ fn a_volume_slab_by_slab_gives_the_same_bytes() {
 }
 
 #[test]
+fn a_stream_with_a_limit_takes_no_more_slabs_together_than_fit() {
+    let dims = [64; 3];
+    let inside = |n: usize| {
+        let at = [n % 64, n / 64 % 64, n / 4096].map(|i| i as i32 - 32);
+        (625 - at.iter().map(|x| x * x).sum::<i32>()) as i16
+    };
+    let samples: Vec<i16> = (0..64 * 64 * 64).map(inside).collect();
+    let shape = StreamShape::new(dims);
+    let free = params(Level::Classic, VertexNormals::Gradient);
+    let (want, pieces) = streamed(&samples, &shape, [1, 64], &free);
+    assert_eq!(pieces, 1, "without a limit all at once");
+    // The samples alone are 512 KiB, and the surface is as much again.
+    let (got, pieces) = streamed(&samples, &shape, [1, 64], &ContourParams { max_memory: Some(900_000), ..free });
+    assert!(got == want && pieces > 4, "{pieces} pieces");
+}
+
+#[test]
 fn streams_refuse_what_does_not_fit() {
     let shape = StreamShape::new([4, 5, 3]);
     let mut stream = ContourStream::<u8>::new(&shape, 0.5, &ContourParams::default()).expect("good");
