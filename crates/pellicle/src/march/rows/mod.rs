@@ -286,7 +286,7 @@ pub(crate) fn relative(value: f64, iso: f64) -> f64 {
 }
 
 /// What the stages ask of a grid whose type of samples they do not know.
-pub(crate) trait Rows: Sync {
+pub(crate) trait Rows: Send + Sync {
     fn shape(&self) -> &Shape;
 
     /// Relative values of the eight corners of the cell whose lowest node is given.
