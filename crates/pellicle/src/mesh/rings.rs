@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use super::stars::Stars;
 use crate::{
     math::memory::filled,
-    math::simd::{Kernel, Simd, Unit},
+    math::simd::{Kernel, Quad, Simd, Unit},
     params::Lanes,
 };
 
@@ -42,7 +42,46 @@ struct Block {
 /// What a vertex gets from its neighbors.
 pub(crate) trait Step: Sync {
     /// From the value of a vertex, the sum over its neighbors, and one over their number.
-    fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4];
+    fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad;
+}
+
+/// Four numbers for each place. Reusable: [`set`](Self::set) keeps the memory.
+#[derive(Default)]
+pub(crate) struct Values {
+    now: Vec<[f32; 4]>,
+    /// What the next step writes.
+    next: Vec<[f32; 4]>,
+}
+
+impl Values {
+    /// Sets what the places have, by vertex.
+    pub(crate) fn set(&mut self, rings: &Rings, of_vertex: impl Fn(usize) -> [f32; 4] + Sync) {
+        let n = rings.order.len();
+        if self.now.len() != n {
+            *self = Self { now: filled([0.0; 4], n), next: filled([0.0; 4], n) };
+        }
+        let places = self.now.par_iter_mut().zip(&rings.order).with_min_len(BLOCK);
+        places.for_each(|(to, &v)| *to = of_vertex(v as usize));
+    }
+
+    /// One step of all places; those without neighbors stay.
+    pub(crate) fn step(&mut self, rings: &Rings, step: &impl Step) {
+        let Self { now, next } = self;
+        let blocks = rings.blocks.par_iter().zip(next.par_chunks_mut(BLOCK)).zip(now.par_chunks(BLOCK));
+        let unit = Unit::new(Lanes::Auto).expect("every machine has one");
+        blocks.for_each(|((block, to), here)| unit.run(OfBlock { block, step, from: now, here, to }));
+        std::mem::swap(now, next);
+    }
+
+    /// Takes what the places have back to the vertices.
+    pub(crate) fn take_back(&self, rings: &Rings, to: &mut [[f32; 3]]) {
+        let blocks = to.par_chunks_mut(BLOCK).zip(rings.order.par_chunks(BLOCK)).zip(self.now.par_chunks(BLOCK));
+        blocks.enumerate().for_each(|(block, ((to, order), values))| {
+            for (&v, &[x, y, z, _]) in order.iter().zip(values) {
+                to[v as usize - block * BLOCK] = [x, y, z];
+            }
+        });
+    }
 }
 
 impl Rings {
@@ -61,30 +100,6 @@ impl Rings {
         };
         let blocks = order.par_chunks(BLOCK).zip(runs).map(|(order, runs)| Block { runs, near: near(order) });
         Self { blocks: blocks.collect(), order }
-    }
-
-    /// What the vertices have, by place.
-    pub(crate) fn places(&self, of_vertex: impl Fn(usize) -> [f32; 4] + Sync) -> Vec<[f32; 4]> {
-        let mut values = filled([0.0; 4], self.order.len());
-        values.par_iter_mut().zip(&self.order).with_min_len(BLOCK).for_each(|(to, &v)| *to = of_vertex(v as usize));
-        values
-    }
-
-    /// Takes what the places have back to the vertices.
-    pub(crate) fn vertices(&self, values: &[[f32; 4]], to: &mut [[f32; 3]]) {
-        let blocks = to.par_chunks_mut(BLOCK).zip(self.order.par_chunks(BLOCK)).zip(values.par_chunks(BLOCK));
-        blocks.enumerate().for_each(|(block, ((to, order), values))| {
-            for (&v, &[x, y, z, _]) in order.iter().zip(values) {
-                to[v as usize - block * BLOCK] = [x, y, z];
-            }
-        });
-    }
-
-    /// One step of all places that have neighbors. `to` holds the others' values already.
-    pub(crate) fn step(&self, step: &impl Step, from: &[[f32; 4]], to: &mut [[f32; 4]]) {
-        let blocks = self.blocks.par_iter().zip(to.par_chunks_mut(BLOCK)).zip(from.par_chunks(BLOCK));
-        let unit = Unit::new(Lanes::Auto).expect("every machine has one");
-        blocks.for_each(|((block, to), here)| unit.run(OfBlock { block, step, from, here, to }));
     }
 }
 
@@ -137,7 +152,7 @@ impl Block {
             let (run_to, to_later) = to.split_at_mut(count as usize);
             let (run_near, near_later) = near.split_at((valence * count) as usize);
             match valence {
-                0 => {}
+                0 => run_to.copy_from_slice(run_here),
                 3 => run::<3>(step, run_near, from, run_here, run_to),
                 4 => run::<4>(step, run_near, from, run_here, run_to),
                 5 => run::<5>(step, run_near, from, run_here, run_to),
@@ -157,11 +172,11 @@ impl Block {
 fn run<const N: usize>(step: &impl Step, near: &[u32], from: &[[f32; 4]], here: &[[f32; 4]], to: &mut [[f32; 4]]) {
     let per = 1.0 / N as f32;
     for ((near, here), to) in near.as_chunks::<N>().0.iter().zip(here).zip(to) {
-        let mut sum = from[near[0] as usize];
+        let mut sum = Quad::load(&from[near[0] as usize]);
         for n in &near[1..] {
-            add(&mut sum, &from[*n as usize]);
+            sum = sum + Quad::load(&from[*n as usize]);
         }
-        *to = step.of(*here, sum, per);
+        *to = step.of(Quad::load(here), sum, per).array();
     }
 }
 
@@ -170,18 +185,11 @@ fn run<const N: usize>(step: &impl Step, near: &[u32], from: &[[f32; 4]], here: 
 fn run_of(valence: usize, step: &impl Step, near: &[u32], from: &[[f32; 4]], here: &[[f32; 4]], to: &mut [[f32; 4]]) {
     let per = 1.0 / valence as f32;
     for ((near, here), to) in near.chunks_exact(valence).zip(here).zip(to) {
-        let mut sum = from[near[0] as usize];
+        let mut sum = Quad::load(&from[near[0] as usize]);
         for n in &near[1..] {
-            add(&mut sum, &from[*n as usize]);
+            sum = sum + Quad::load(&from[*n as usize]);
         }
-        *to = step.of(*here, sum, per);
-    }
-}
-
-#[inline(always)]
-fn add(sum: &mut [f32; 4], more: &[f32; 4]) {
-    for a in 0..4 {
-        sum[a] += more[a];
+        *to = step.of(Quad::load(here), sum, per).array();
     }
 }
 
@@ -193,8 +201,10 @@ mod tests {
     struct Sum;
 
     impl Step for Sum {
-        fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4] {
-            [sum[0] * per, sum[1], here[2], here[3]]
+        fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad {
+            let ([mean, ..], [_, count, ..], [_, _, z, w]) =
+                ((sum * Quad::splat(per)).array(), sum.array(), here.array());
+            Quad::load(&[mean, count, z, w])
         }
     }
 
@@ -216,12 +226,12 @@ mod tests {
         let stars = Stars::of(&triangles, n);
         let rings = Rings::of(&stars);
         let value = |v: usize| [(v * 37 % 101) as f32, 1.0, v as f32, 0.5];
-        let from = rings.places(value);
-        let mut to = from.clone();
-        rings.step(&Sum, &from, &mut to);
         let (mut found, mut same) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
-        rings.vertices(&to, &mut found);
-        rings.vertices(&from, &mut same);
+        let mut values = Values::default();
+        values.set(&rings, value);
+        values.take_back(&rings, &mut same);
+        values.step(&rings, &Sum);
+        values.take_back(&rings, &mut found);
         assert!(n > 2 * BLOCK);
         for v in 0..n {
             let [x, y, z, _] = value(v);

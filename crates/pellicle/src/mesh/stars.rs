@@ -8,6 +8,8 @@
 //! A counting sort of the corners by vertex: no hash map, no half-edge records. Within a star corners come in the order of
 //! the triangles, so whoever sums over a star gets the same bits for any number of threads.
 
+use rayon::prelude::*;
+
 use crate::math::memory::filled;
 
 /// The corners of every vertex of a triangle mesh. Reusable: [`rebuild`](Self::rebuild) keeps the memory.
@@ -66,6 +68,12 @@ impl Stars {
     #[inline(always)]
     pub(crate) fn corners(&self, v: usize) -> &[[u32; 2]] {
         &self.corners[self.start[v]..self.start[v + 1]]
+    }
+
+    /// Tells of each vertex whether triangles go all round it, where `is_sure` does not know that they do.
+    pub(crate) fn closed(&self, is_sure: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
+        let vertices = (0..self.len()).into_par_iter().with_min_len(1 << 12);
+        vertices.map(|v| is_sure(v) || self.is_closed(v)).collect()
     }
 
     /// Whether triangles go all round vertex `v`: every neighbor follows one triangle and precedes another. A vertex

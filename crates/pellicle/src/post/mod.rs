@@ -14,12 +14,15 @@ pub mod decimate;
 mod finish;
 mod flip;
 pub mod largest;
+mod links;
+mod node;
 pub mod normals;
 pub mod quads;
 mod rebuild;
 pub mod settle;
 pub mod smooth;
 pub mod snap;
+mod undo;
 mod zigzag;
 
 pub use finish::Finish;
