@@ -118,7 +118,9 @@ impl Finish {
         let normals = self.normals.or(stale.then_some(0));
         let mut rings = Rings::default();
         if self.smoothing.is_some() || normals.is_some() && self.decimate.is_none() {
-            stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            if !self.snap {
+                stars.rebuild(&mesh.triangles, mesh.vertices.len());
+            }
             rings = Rings::of(&stars);
         }
         if let Some(smoothing) = &self.smoothing {
@@ -178,6 +180,10 @@ mod tests {
             if let Some(iterations) = finish.normals {
                 normals::from_triangles(&mut want, iterations, &Control::default()).unwrap();
             }
+            // Those of a star are summed in another order where an edge was turned.
+            let near = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-5);
+            assert!(found.normals.iter().zip(&want.normals).all(near), "{finish:?}");
+            found.normals.clone_from(&want.normals);
             assert_eq!(found, want, "{finish:?}");
         }
     }

@@ -27,7 +27,7 @@ use crate::{
 const CHUNK: usize = 1 << 12;
 
 /// An edge is worth turning from this valence of an end on.
-const HIGH: usize = 7;
+const HIGH: u32 = 7;
 
 /// Least gain: what the ends have more neighbors than the wings. From 3 on the squares of what is off six sum to less.
 const GAIN: i32 = 3;
@@ -107,15 +107,16 @@ struct Rated {
     flip: Flip,
 }
 
-/// Turns the edges of a mesh that gain by it. `stars` are its own before; `closed` tells around which vertices triangles go.
-pub(super) fn even_valences(mesh: &mut Mesh, stars: &Stars, closed: &[bool]) {
+/// Turns the edges of a mesh that gain by it. `stars` are its own before and after; `closed` tells around which vertices triangles go.
+pub(super) fn even_valences(mesh: &mut Mesh, stars: &mut Stars, closed: &[bool]) {
     let n = stars.len();
+    let before = &*stars;
     let chunks = (0..n.div_ceil(CHUNK)).into_par_iter();
     let found = chunks.map(|chunk| {
         let mut found = Vec::new();
         for v in chunk * CHUNK..n.min((chunk + 1) * CHUNK) {
-            if stars.corners(v).len() >= HIGH && closed[v] {
-                find(&mesh.vertices, stars, closed, v, &mut found);
+            if before.valence(v as u32) >= HIGH && closed[v] {
+                find(&mesh.vertices, before, closed, v, &mut found);
             }
         }
         found
@@ -127,6 +128,7 @@ pub(super) fn even_valences(mesh: &mut Mesh, stars: &Stars, closed: &[bool]) {
     for Rated { flip, .. } in found {
         if flip.four().iter().all(|&v| part[v as usize] == 0) {
             chosen.push(flip);
+            stars.turn(flip.four());
             flip.four().iter().for_each(|&v| part[v as usize] = chosen.len() as u32);
         }
     }
@@ -143,8 +145,18 @@ pub(super) fn even_valences(mesh: &mut Mesh, stars: &Stars, closed: &[bool]) {
 /// Edges at one end whose turning gains enough.
 fn find(vertices: &[[f32; 3]], stars: &Stars, closed: &[bool], end: usize, found: &mut Vec<Rated>) {
     let (a, fan, first) = (end as u32, stars.corners(end), found.len());
-    let valence = |v: u32| stars.corners(v as usize).len() as i32;
+    let valence = |v: u32| stars.valence(v) as i32;
     let of_a = fan.len() as i32;
+    // Most have no such edge, and its greatest gain tells that before anybody's place in the fan is known.
+    let (mut most, mut least) = (0, [i32::MAX / 2; 2]);
+    for &[next, _] in fan {
+        let of_next = valence(next);
+        most = most.max(of_next);
+        least = [least[0].min(of_next), least[1].min(of_next.max(least[0]))];
+    }
+    if of_a + most - least[0] - least[1] < GAIN {
+        return;
+    }
     followers(fan, |i, j| {
         let ([d, b], c) = (fan[i], fan[j][1]);
         let of_b = valence(b);

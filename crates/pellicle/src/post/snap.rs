@@ -84,7 +84,7 @@ pub fn snap(mesh: &mut Mesh, nodes: &Nodes, control: &Control<'_>) -> Result<(),
     Ok(())
 }
 
-/// The same with memory for stars. With `zigzag` the diagonals of level parts alternate. Tells of each vertex that is left
+/// The same with memory for stars, which are those of the mesh after. With `zigzag` the diagonals of level parts alternate. Tells of each vertex that is left
 /// whether triangles go all round it.
 pub(super) fn with_stars(
     mesh: &mut Mesh,
@@ -118,7 +118,7 @@ pub(super) fn with_stars(
 
 /// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin. Nearest in steps of the lattice,
 /// along which the crossings lie, not in world units.
-fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
+pub(super) fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
     let per = nodes.per_unit()?;
     let to_origin = subtract(mesh.origin, nodes.origin);
     let shift = per.map(|row| dot(row, to_origin)).map(|o| o - o.round());
@@ -149,7 +149,7 @@ fn rounded(place: [f64; 3]) -> (u64, f64) {
 }
 
 /// The lowest vertex that each can reach through neighbors of the same node.
-fn groups(triangles: &[[u32; 3]], nodes: &[u64]) -> Vec<u32> {
+pub(super) fn groups(triangles: &[[u32; 3]], nodes: &[u64]) -> Vec<u32> {
     let within = |chunk: &[[u32; 3]]| {
         let mut edges = Vec::new();
         for triangle in chunk {
@@ -175,7 +175,7 @@ fn groups(triangles: &[[u32; 3]], nodes: &[u64]) -> Vec<u32> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::rebuild::merge;
     use super::*;
     use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
@@ -196,7 +196,7 @@ mod tests {
     }
 
     /// Random particles with necks, droplets and cavities.
-    fn tangled(seed: usize) -> (Mesh, Params) {
+    pub(in super::super) fn tangled(seed: usize) -> (Mesh, Params) {
         let positions: Vec<[f32; 3]> = (0..400)
             .map(|i| [i * 37 + seed, i * i * 53 + 7 * seed, i * 101 + i / 7 * seed].map(|v| (v % 97) as f32 * 0.006))
             .collect();

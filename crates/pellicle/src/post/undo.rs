@@ -169,3 +169,44 @@ fn is_one_fan(fan: &[[u32; 2]]) -> bool {
     }
     steps == n
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{
+        links::Links,
+        snap::{Nodes, groups, nearest_nodes, tests::tangled},
+    };
+    use super::*;
+
+    #[test]
+    fn what_links_are_sure_of_is_not_broken_and_little_else_is_in_doubt() {
+        let (mut doubtful, mut broken, mut of_border) = (0, 0, 0);
+        for seed in 0..20 {
+            let (mut mesh, params) = tangled(seed);
+            // Every other mesh has holes.
+            if seed % 2 == 1 {
+                mesh.triangles.retain(|t| t[0] % 97 != 0);
+            }
+            let nodes = nearest_nodes(&mesh, &Nodes::cubic(params.spacing())).unwrap();
+            let target = groups(&mesh.triangles, &nodes);
+            let links = Links::of(&mesh.triangles, &nodes, &target);
+            let all: Vec<u32> = (0..target.len() as u32).filter(|&v| target[v as usize] == v).collect();
+            let piece = Piece::around(&mesh.triangles, &target, &all);
+            let mut fan = Vec::new();
+            for &lowest in &all {
+                let number = piece.vertices.binary_search(&lowest).unwrap() as u32;
+                let is_whole = piece.collect_fan(number, &mut fan) && is_one_fan(&fan);
+                assert!(is_whole || !links.is_sure(lowest), "{seed} {lowest}");
+                if links.is_sure(lowest) {
+                    assert_eq!(links.valence(lowest) as usize, fan.len());
+                } else if seed % 2 == 0 {
+                    doubtful += 1;
+                    broken += usize::from(!is_whole);
+                } else {
+                    of_border += usize::from(!is_whole);
+                }
+            }
+        }
+        assert!(broken > 20 && of_border > 20 && doubtful < 3 * broken, "{doubtful} {broken} {of_border}");
+    }
+}
