@@ -59,11 +59,11 @@ impl Finish {
         let (v, t, copy) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64, mesh.bytes());
         // Of the diagonals of level parts, at most a quarter of the triangles, what is turned and how.
         let turned = if self.zigzag { 26 * t } else { 0 };
-        let again = if self.snap || self.keep != Keep::default() { copy + 52 * v + turned } else { 0 };
+        let again = if self.snap || self.keep != Keep::default() { copy + 64 * v + turned } else { 0 };
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
         let cut = if self.clamp.is_some() { cut::memory(mesh) } else { 0 };
-        8 * v + 24 * t + (40 * v + 12 * t).max(again).max(fewer).max(cut)
+        20 * v + 24 * t + (72 * v + 16 * t).max(again).max(fewer).max(cut)
     }
 
     fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {

@@ -49,13 +49,10 @@ pub(super) fn with_stars(
         [x, y, z, 0.0]
     };
     // A fourth place, so that a normal is one load of four lanes.
-    values.set(rings, of_vertex);
-    for _ in 0..iterations {
-        control.check()?;
-        values.step(rings, &Mean);
-    }
+    values.set(vertices.len(), of_vertex);
+    values.steps(rings, &[Mean], iterations, control)?;
     mesh.normals = filled([0.0; 3], vertices.len());
-    values.take_back(rings, &mut mesh.normals);
+    values.take_back(&mut mesh.normals);
     Ok(())
 }
 

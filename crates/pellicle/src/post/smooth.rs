@@ -158,17 +158,14 @@ pub(super) fn with_rings(
 ) -> Result<(), Error> {
     // The weight of each vertex travels with it, in the fourth place.
     let vertices = &mesh.vertices;
-    values.set(rings, |v| {
+    values.set(vertices.len(), |v| {
         let [x, y, z] = vertices[v];
         [x, y, z, weight(v)]
     });
-    for _ in 0..smoothing.iterations {
-        for share in smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0) {
-            control.check()?;
-            values.step(rings, &Relax { share });
-        }
-    }
-    values.take_back(rings, &mut mesh.vertices);
+    let shares = smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0);
+    let cycle: Vec<Relax> = shares.map(|share| Relax { share }).collect();
+    values.steps(rings, &cycle, smoothing.iterations, control)?;
+    values.take_back(&mut mesh.vertices);
     Ok(())
 }
 
