@@ -166,6 +166,23 @@ fn scaled_values_units_and_names_are_carried() {
 }
 
 #[test]
+fn a_slope_that_the_first_nifti_rounds_is_computed() {
+    let folder = Folder::new();
+    let mut data = shorts(&folder);
+    for scaling in [Scaling { slope: 0.1, intercept: 0.0 }, Scaling { slope: 1.0, intercept: 1.0 / 3.0 }] {
+        data.header.scaling = scaling;
+        let path = folder.join("o.nii");
+        write_volume(&path, &data).expect("written");
+        let found = back(&path);
+        assert_eq!((found.samples.kind(), found.header.scaling), (SampleType::F32, Scaling::default()));
+        let ([x, y, z], rounded) = (data.header.dims, |node| f64::from(data.value(node) as f32));
+        for node in (0..z).flat_map(|k| (0..y).flat_map(move |j| (0..x).map(move |i| [i, j, k]))) {
+            assert_eq!(found.value(node), rounded(node), "{node:?}");
+        }
+    }
+}
+
+#[test]
 fn long_axes_take_the_second_nifti() {
     let folder = Folder::new();
     let mut data = shorts(&folder);

@@ -1,7 +1,7 @@
 //! Volumes out: what is read can be written, in the type that it has, little-endian and not compressed but for `.nii.gz`.
 //!
-//! Samples go out x fastest. Scaled values (`scl_slope`) stay scaled in NIfTI; elsewhere they are computed, in single precision
-//! where the samples have 16 bits at most, else in double.
+//! Samples go out x fastest. Scaled values (`scl_slope`) stay scaled in NIfTI, if slope and intercept are exact there, which are in single
+//! precision in NIfTI-1; elsewhere they are computed, in single precision where the samples have 16 bits at most, else in double.
 //!
 //! Places are copied, but for one thing. NIfTI counts to the right and to the front of a patient (RAS), MetaImage to the left
 //! and to the back (LPS), and NRRD says which. Where a file tells, x and y change their sign on the way from one to the other, as
@@ -19,7 +19,7 @@ use flate2::write::GzEncoder;
 use super::file::VolumeData;
 use super::grid::Grid;
 use super::header::{Order, Scaling, Space};
-use super::samples::{SampleType, Samples};
+use super::samples::SampleType;
 use crate::each_sample_type;
 use crate::error::Error;
 use crate::meshes::temporary::Temporary;
@@ -35,8 +35,8 @@ macro_rules! bytes_of {
 /// What goes to a file: samples, in the order of the file, and where they lie.
 struct Out<'a> {
     data: &'a VolumeData,
-    /// Samples whose scaling has been computed.
-    values: Option<Samples>,
+    /// What the file's numbers mean. Where that is not what the samples mean, the numbers are the values.
+    scaling: Scaling,
     grid: Grid,
 }
 
@@ -44,25 +44,34 @@ impl<'a> Out<'a> {
     /// With `space` as the file's, if it has one of its own.
     fn new(data: &'a VolumeData, keeps_scaling: bool, space: Option<Space>) -> Out<'a> {
         let header = &data.header;
-        let values = (!keeps_scaling && header.scaling != Scaling::default()).then(|| scaled(data));
+        let scaling = if keeps_scaling { header.scaling } else { Scaling::default() };
         let mut grid = header.grid;
         if space.is_some_and(|space| space != header.space && header.space != Space::Unknown) {
             [&mut grid.origin].into_iter().chain(&mut grid.steps).for_each(|v| (v[0], v[1]) = (-v[0], -v[1]));
         }
-        Out { data, values, grid }
+        Out { data, scaling, grid }
     }
 
-    fn samples(&self) -> &Samples {
-        self.values.as_ref().unwrap_or(&self.data.samples)
+    fn len(&self) -> usize {
+        self.data.samples.len()
+    }
+
+    /// Whether the values are computed.
+    fn is_computed(&self) -> bool {
+        self.scaling != self.data.header.scaling
     }
 
     fn kind(&self) -> SampleType {
-        self.samples().kind()
+        match self.data.samples.kind() {
+            kind if !self.is_computed() => kind,
+            SampleType::I8 | SampleType::U8 | SampleType::I16 | SampleType::U16 => SampleType::F32,
+            _ => SampleType::F64,
+        }
     }
 
     /// Appends all samples to what begins with `head`.
     fn write(&self, path: &Path, head: &[u8], tail: &[u8], is_big: bool) -> Result<(), Error> {
-        let (count, size) = (self.samples().len(), self.kind().bytes());
+        let (count, size) = (self.len(), self.kind().bytes());
         let mut output = Output::create(path, Some((head.len() + count * size + tail.len()) as u64))?;
         output.bytes(head)?;
         output.tasks(count, size, |range, to| {
@@ -78,9 +87,19 @@ impl<'a> Out<'a> {
         let ([x, y, _], [sx, sy, sz]) = (self.data.header.dims, self.data.header.strides());
         let is_plain = self.data.header.order == Order::XFastest;
         let order = |n: usize| if is_plain { n } else { n % x * sx + n / x % y * sy + n / (x * y) * sz };
-        match is_big {
-            true => bytes_of!(self.samples(), order, range, to, to_be_bytes),
-            false => bytes_of!(self.samples(), order, range, to, to_le_bytes),
+        let samples = &self.data.samples;
+        match (self.is_computed(), self.kind()) {
+            (false, _) if is_big => bytes_of!(samples, order, range, to, to_be_bytes),
+            (false, _) => bytes_of!(samples, order, range, to, to_le_bytes),
+            (true, kind) => {
+                let values = range.map(|n| self.data.header.scaling.value(samples.get_f64(order(n))));
+                match kind {
+                    SampleType::F32 if is_big => values.for_each(|v| to.extend_from_slice(&(v as f32).to_be_bytes())),
+                    SampleType::F32 => values.for_each(|v| to.extend_from_slice(&(v as f32).to_le_bytes())),
+                    _ if is_big => values.for_each(|v| to.extend_from_slice(&v.to_be_bytes())),
+                    _ => values.for_each(|v| to.extend_from_slice(&v.to_le_bytes())),
+                }
+            }
         }
     }
 
@@ -107,16 +126,6 @@ impl<'a> Out<'a> {
     fn without_place(&self, more: &[&str]) -> Written {
         let place = (self.grid != Grid::default()).then_some("spacing and origin");
         Written { left_out: place.iter().chain(more).map(|&what| what.to_owned()).collect(), ..Written::default() }
-    }
-}
-
-/// The values that samples stand for.
-fn scaled(data: &VolumeData) -> Samples {
-    let value = |i: usize| data.header.scaling.value(data.samples.get_f64(i));
-    let is_short = matches!(data.samples.kind(), SampleType::I8 | SampleType::U8 | SampleType::I16 | SampleType::U16);
-    match is_short {
-        true => Samples::F32((0..data.samples.len()).map(|i| value(i) as f32).collect()),
-        false => Samples::F64((0..data.samples.len()).map(value).collect()),
     }
 }
 
@@ -194,7 +203,7 @@ pub(crate) fn vti(path: &Path, data: &VolumeData) -> Result<Written, Error> {
          <DataArray type=\"{kind}\" Name=\"{name}\" format=\"appended\" offset=\"0\"/>\n\
          </PointData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_"
     );
-    let bytes = (out.samples().len() * out.kind().bytes()) as u64;
+    let bytes = (out.len() * out.kind().bytes()) as u64;
     out.write(path, &[head.as_bytes(), &bytes.to_le_bytes()].concat(), b"\n</AppendedData>\n</VTKFile>\n", false)?;
     Ok(Written::default())
 }
@@ -217,7 +226,7 @@ pub(crate) fn vtk(path: &Path, data: &VolumeData) -> Result<Written, Error> {
     let [x, y, z] = data.header.dims;
     // Names end at a blank.
     let name: String = array_name(data).chars().map(|c| if c.is_whitespace() { '_' } else { c }).collect();
-    let (origin, spacing, count) = (list(&out.grid.origin), list(&out.grid.spacing()), out.samples().len());
+    let (origin, spacing, count) = (list(&out.grid.origin), list(&out.grid.spacing()), out.len());
     let head = format!(
         "# vtk DataFile Version 3.0\npellicle\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS {x} {y} {z}\nORIGIN {origin}\n\
          SPACING {spacing}\nPOINT_DATA {count}\nSCALARS {name} {kind} 1\nLOOKUP_TABLE default\n"
@@ -296,8 +305,10 @@ pub(crate) fn nifti(path: &Path, data: &VolumeData) -> Result<Written, Error> {
         let what = "a NIfTI header alone has no samples: write .nii or .nii.gz, which have both".into();
         return Err(Error::Unsupported { path: path.into(), what });
     }
-    let out = Out::new(data, true, Some(Space::Ras));
     let is_second = data.header.dims.iter().any(|&n| n > i16::MAX as usize);
+    let Scaling { slope, intercept } = data.header.scaling;
+    let is_exact = |v: f64| f64::from(v as f32) == v;
+    let out = Out::new(data, is_second || [slope, intercept].into_iter().all(is_exact), Some(Space::Ras));
     let head = if is_second { second_header(&out) } else { first_header(&out) };
     if name.ends_with(".gz") {
         write_gzipped(path, &out, &head)?;
@@ -305,7 +316,7 @@ pub(crate) fn nifti(path: &Path, data: &VolumeData) -> Result<Written, Error> {
         out.write(path, &head, b"", false)?;
     }
     let numbers = out.grid.steps.as_flattened().iter().chain(&out.grid.origin);
-    let is_rounded = !is_second && numbers.clone().any(|&v| f64::from(v as f32) != v);
+    let is_rounded = !is_second && !numbers.copied().all(is_exact);
     Ok(Written { narrowed: is_rounded.then(|| "position".to_owned()).into_iter().collect(), ..Written::default() })
 }
 
@@ -313,7 +324,7 @@ fn write_gzipped(path: &Path, out: &Out<'_>, head: &[u8]) -> Result<(), Error> {
     const CHUNK: usize = 1 << 18;
     let file = Temporary::create(path)?;
     let mut encoder = GzEncoder::new(file.file(), Compression::fast());
-    let (count, mut buffer) = (out.samples().len(), Vec::new());
+    let (count, mut buffer) = (out.len(), Vec::new());
     let mut write = || {
         encoder.write_all(head)?;
         for from in (0..count).step_by(CHUNK) {
@@ -376,8 +387,8 @@ fn first_header(out: &Out<'_>) -> Vec<u8> {
         put(76 + 4 * i, &float(v));
     }
     put(108, &float(352.0));
-    put(112, &float(header.scaling.slope));
-    put(116, &float(header.scaling.intercept));
+    put(112, &float(out.scaling.slope));
+    put(116, &float(out.scaling.intercept));
     put(123, &[nifti_unit(&header.unit)]);
     put(254, &2i16.to_le_bytes());
     for row in 0..3 {
@@ -405,8 +416,8 @@ fn second_header(out: &Out<'_>) -> Vec<u8> {
         put(104 + 8 * i, &v.to_le_bytes());
     }
     put(168, &544i64.to_le_bytes());
-    put(176, &header.scaling.slope.to_le_bytes());
-    put(184, &header.scaling.intercept.to_le_bytes());
+    put(176, &out.scaling.slope.to_le_bytes());
+    put(184, &out.scaling.intercept.to_le_bytes());
     put(348, &2i32.to_le_bytes());
     for row in 0..3 {
         for (i, v) in affine_row(&out.grid, row).into_iter().enumerate() {

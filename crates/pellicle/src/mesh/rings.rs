@@ -1,143 +1,256 @@
-//! Neighbors of all vertices, laid out for loops that go over them again and again.
+//! Neighbors of all vertices, laid out for steps that go over them again and again.
 //!
 //! ```text
-//! block   2048 vertices in a row; within one, vertices come by valence, then by number: their places
-//! order   place ──► vertex
-//! runs    (valence, how many places), block after block
-//! near    places of the neighbors of each place, as many as its valence, in the order of the vertex's star
+//! patch     8192 vertices in a row, its own, and around these some layers of neighbors
+//! members   place in the patch ──► vertex: own ones, then layer after layer
+//! runs      (valence, how many places), in the order of the places
+//! near      places of the neighbors of each, as many as its valence, in the order of the vertex's star
 //! ```
 //!
+//! A step reads and writes every vertex once, and memory is slower than sums. So a patch takes several steps at once, on a
+//! copy that fits the cache: with each of them one layer fewer is right, and after the last its own vertices still are. The price is
+//! what neighboring patches compute twice. How many steps pay is told by the layers' sizes: one, where vertices in a row do not
+//! lie together. The values do not depend on it.
+//!
 //! Valences of a mesh are 4 to 8 in no order, and a loop whose length nobody can foresee costs more than the sum that it
-//! makes. Within a run it is the same for all. Places are gone through one after the other, so memory is asked for ahead of its
-//! use, and blocks keep near what is near.
+//! makes. Within a run it is the same for all.
+//!
+//! Source: this project; trapezoids of space and time are Frigo & Strumpen, Cache Oblivious Stencil Computations, 2005.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::stars::Stars;
 use crate::{
+    Control, Error,
     math::memory::filled,
-    math::simd::{Kernel, Simd, Unit},
+    math::simd::{Kernel, Quad, Simd, Unit},
     params::Lanes,
 };
 
-/// Places of a block.
+/// Own vertices of a patch: with what it holds of them half a megabyte, for a cache of the second level.
+const OWN: usize = 1 << 13;
+
+/// Own vertices that are sorted by valence together, so that neighbors stay near.
 const BLOCK: usize = 1 << 11;
+
+/// Most steps that a patch takes at once.
+const DEEPEST: usize = 5;
+
+/// What may be computed besides, as a share of what must be.
+const TWICE: f64 = 0.3;
 
 /// Valences from here on are sorted as one; their runs hold one place each.
 const MANY: usize = 16;
 
+/// No place.
+const NONE: u32 = u32::MAX;
+
 /// See the module.
 #[derive(Default)]
 pub(crate) struct Rings {
-    order: Vec<u32>,
-    blocks: Vec<Block>,
+    patches: Vec<Patch>,
+    /// Steps that patches take at once.
+    depth: usize,
 }
 
-struct Block {
-    /// Valence and number of places.
+#[derive(Default)]
+struct Patch {
+    members: Vec<u32>,
+    /// Where each layer ends among the members; own vertices are layer 0.
+    layers: Vec<usize>,
     runs: Vec<[u32; 2]>,
+    /// Where each layer's runs end. The outermost is only read and has none.
+    run_ends: Vec<usize>,
     near: Vec<u32>,
 }
 
 /// What a vertex gets from its neighbors.
 pub(crate) trait Step: Sync {
     /// From the value of a vertex, the sum over its neighbors, and one over their number.
-    fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4];
+    fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad;
+}
+
+/// Four numbers for each vertex. Reusable: [`set`](Self::set) keeps the memory.
+#[derive(Default)]
+pub(crate) struct Values {
+    now: Vec<[f32; 4]>,
+    /// What the next steps write.
+    next: Vec<[f32; 4]>,
+}
+
+impl Values {
+    /// Sets what the vertices have.
+    pub(crate) fn set(&mut self, vertices: usize, of_vertex: impl Fn(usize) -> [f32; 4] + Sync) {
+        if self.now.len() != vertices {
+            *self = Self { now: filled([0.0; 4], vertices), next: filled([0.0; 4], vertices) };
+        }
+        self.now.par_iter_mut().enumerate().with_min_len(OWN).for_each(|(v, to)| *to = of_vertex(v));
+    }
+
+    /// Steps of all vertices, one after the other, `cycle` so many times; those without neighbors stay.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub(crate) fn steps(
+        &mut self,
+        rings: &Rings,
+        cycle: &[impl Step],
+        times: usize,
+        control: &Control<'_>,
+    ) -> Result<(), Error> {
+        let unit = Unit::new(Lanes::Auto).expect("every machine has one");
+        let depth = rings.depth.max(1);
+        let all = cycle.len().saturating_mul(times);
+        for first in (0..all).step_by(depth) {
+            control.check()?;
+            let steps: Vec<_> = (first..all.min(first + depth)).map(|i| &cycle[i % cycle.len()]).collect();
+            let Self { now, next } = self;
+            let patches = rings.patches.par_iter().zip(next.par_chunks_mut(OWN)).enumerate();
+            patches.for_each_init(Default::default, |copies, (number, (patch, to))| {
+                unit.run(OfPatch { patch, steps: &steps, from: now, first: number * OWN, copies, to });
+            });
+            std::mem::swap(now, next);
+        }
+        Ok(())
+    }
+
+    /// Takes what the vertices have to where it belongs.
+    pub(crate) fn take_back(&self, to: &mut [[f32; 3]]) {
+        let pairs = to.par_iter_mut().zip(&self.now).with_min_len(OWN);
+        pairs.for_each(|(to, &[x, y, z, _])| *to = [x, y, z]);
+    }
 }
 
 impl Rings {
     /// The neighbors that follow a vertex in its triangles: all of them, unless it is at a border.
     pub(crate) fn of(stars: &Stars) -> Self {
         let n = stars.len();
-        let (mut order, mut place) = (filled(0, n), filled(0, n));
-        let blocks = order.par_chunks_mut(BLOCK).zip(place.par_chunks_mut(BLOCK)).enumerate();
-        let runs = blocks.map(|(block, (order, place))| sort(stars, block * BLOCK, order, place)).collect::<Vec<_>>();
-        let near = |order: &[u32]| {
-            let mut near = Vec::with_capacity(order.iter().map(|&v| stars.corners(v as usize).len()).sum());
-            for &v in order {
-                near.extend(stars.corners(v as usize).iter().map(|corner| place[corner[0] as usize]));
-            }
-            near
-        };
-        let blocks = order.par_chunks(BLOCK).zip(runs).map(|(order, runs)| Block { runs, near: near(order) });
-        Self { blocks: blocks.collect(), order }
-    }
-
-    /// What the vertices have, by place.
-    pub(crate) fn places(&self, of_vertex: impl Fn(usize) -> [f32; 4] + Sync) -> Vec<[f32; 4]> {
-        let mut values = filled([0.0; 4], self.order.len());
-        values.par_iter_mut().zip(&self.order).with_min_len(BLOCK).for_each(|(to, &v)| *to = of_vertex(v as usize));
-        values
-    }
-
-    /// Takes what the places have back to the vertices.
-    pub(crate) fn vertices(&self, values: &[[f32; 4]], to: &mut [[f32; 3]]) {
-        let blocks = to.par_chunks_mut(BLOCK).zip(self.order.par_chunks(BLOCK)).zip(values.par_chunks(BLOCK));
-        blocks.enumerate().for_each(|(block, ((to, order), values))| {
-            for (&v, &[x, y, z, _]) in order.iter().zip(values) {
-                to[v as usize - block * BLOCK] = [x, y, z];
-            }
-        });
-    }
-
-    /// One step of all places that have neighbors. `to` holds the others' values already.
-    pub(crate) fn step(&self, step: &impl Step, from: &[[f32; 4]], to: &mut [[f32; 4]]) {
-        let blocks = self.blocks.par_iter().zip(to.par_chunks_mut(BLOCK)).zip(from.par_chunks(BLOCK));
-        let unit = Unit::new(Lanes::Auto).expect("every machine has one");
-        blocks.for_each(|((block, to), here)| unit.run(OfBlock { block, step, from, here, to }));
+        let mut patches: Vec<Patch> = (0..n.div_ceil(OWN))
+            .into_par_iter()
+            .map_init(|| filled(NONE, n), |place, p| Patch::around(stars, p * OWN..n.min((p + 1) * OWN), place))
+            .collect();
+        let depth = depth(&patches, n);
+        patches.par_iter_mut().for_each_init(|| filled(NONE, n), |place, patch| patch.link(stars, depth, place));
+        Self { patches, depth }
     }
 }
 
-/// Puts the vertices of a block, from `first` on, in order, and tells the runs. Those without a neighbor come first.
-fn sort(stars: &Stars, first: usize, order: &mut [u32], place: &mut [u32]) -> Vec<[u32; 2]> {
-    let mut start = [0u32; MANY + 2];
-    for i in 0..order.len() {
-        start[stars.corners(first + i).len().min(MANY) + 1] += 1;
+/// The most steps at once for which not too much is computed twice.
+fn depth(patches: &[Patch], vertices: usize) -> usize {
+    let deepest = patches.iter().map(|patch| patch.layers.len() - 1).min().unwrap_or(1);
+    let pays = |depth: &usize| {
+        // The first of so many steps is taken up to the layer before the outermost, the last by own vertices alone.
+        let computed: usize = patches.iter().map(|patch| patch.layers[..*depth].iter().sum::<usize>()).sum();
+        computed as f64 <= (1.0 + TWICE) * (depth * vertices) as f64
+    };
+    (2..=deepest).rev().find(pays).unwrap_or(1)
+}
+
+impl Patch {
+    /// Vertices and the layers around them. `place` is [`NONE`] everywhere, before and after.
+    fn around(stars: &Stars, own: Range<usize>, place: &mut [u32]) -> Self {
+        let mut members: Vec<u32> = own.map(|v| v as u32).collect();
+        let mut layers = vec![members.len()];
+        members.iter().for_each(|&v| place[v as usize] = 0);
+        let mut first = 0;
+        // Where numbers jump about the second layer is never wanted, and larger than memory.
+        while layers.len() <= DEEPEST && (layers.len() == 1 || members.len() < 2 * OWN) {
+            let end = members.len();
+            for i in first..end {
+                for &[next, _] in stars.corners(members[i] as usize) {
+                    if place[next as usize] == NONE {
+                        place[next as usize] = 0;
+                        members.push(next);
+                    }
+                }
+            }
+            members[end..].sort_unstable();
+            layers.push(members.len());
+            first = end;
+        }
+        members.iter().for_each(|&v| place[v as usize] = NONE);
+        Self { members, layers, ..Self::default() }
     }
+
+    /// Sorts the members and links them to their neighbors, for so many steps at once.
+    fn link(&mut self, stars: &Stars, depth: usize, place: &mut [u32]) {
+        self.layers.truncate(depth + 1);
+        self.members.truncate(self.layers[depth]);
+        let mut start = 0;
+        for layer in 0..depth {
+            let members = &mut self.members[start..self.layers[layer]];
+            let block = if layer == 0 { BLOCK } else { members.len().max(1) };
+            members.chunks_mut(block).for_each(|block| sort(stars, block, &mut self.runs));
+            self.run_ends.push(self.runs.len());
+            start = self.layers[layer];
+        }
+        self.members.iter().zip(0..).for_each(|(&v, i)| place[v as usize] = i);
+        for &v in &self.members[..self.layers[depth - 1]] {
+            self.near.extend(stars.corners(v as usize).iter().map(|corner| place[corner[0] as usize]));
+        }
+        self.members.iter().for_each(|&v| place[v as usize] = NONE);
+    }
+}
+
+/// Puts vertices in the order of their valences and tells the runs. Those without a neighbor come first.
+fn sort(stars: &Stars, vertices: &mut [u32], runs: &mut Vec<[u32; 2]>) {
+    let class = |v: u32| (stars.valence(v) as usize).min(MANY);
+    let mut start = [0u32; MANY + 2];
+    vertices.iter().for_each(|&v| start[class(v) + 1] += 1);
+    runs.extend((0..MANY).map(|n| [n as u32, start[n + 1]]).filter(|run| run[1] > 0));
     for n in 1..start.len() {
         start[n] += start[n - 1];
     }
-    let runs = (0..MANY).map(|n| [n as u32, start[n + 1] - start[n]]).filter(|run| run[1] > 0);
-    let mut runs: Vec<[u32; 2]> = runs.collect();
-    for i in 0..order.len() {
-        let next = &mut start[stars.corners(first + i).len().min(MANY)];
-        order[*next as usize] = (first + i) as u32;
-        place[i] = first as u32 + *next;
+    let many = start[MANY] as usize;
+    for v in vertices.to_vec() {
+        let next = &mut start[class(v)];
+        vertices[*next as usize] = v;
         *next += 1;
     }
-    let many = start[MANY - 1] as usize;
-    runs.extend(order[many..].iter().map(|&v| [stars.corners(v as usize).len() as u32, 1]));
-    runs
+    runs.extend(vertices[many..].iter().map(|&v| [stars.valence(v), 1]));
 }
 
-/// One step of the places of a block.
-struct OfBlock<'a, T> {
-    block: &'a Block,
-    step: &'a T,
+/// Steps of a patch, on two copies of what its members have.
+struct OfPatch<'a, T> {
+    patch: &'a Patch,
+    steps: &'a [&'a T],
     from: &'a [[f32; 4]],
-    here: &'a [[f32; 4]],
+    first: usize,
+    copies: &'a mut [Vec<[f32; 4]>; 2],
     to: &'a mut [[f32; 4]],
 }
 
-impl<T: Step> Kernel for OfBlock<'_, T> {
+impl<T: Step> Kernel for OfPatch<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) {
-        self.block.step(self.step, self.from, self.here, self.to);
+        let Self { patch, steps, from, first, copies: [now, next], to } = self;
+        now.clear();
+        now.extend(patch.members[..patch.layers[steps.len()]].iter().map(|&v| from[v as usize]));
+        next.resize(now.len(), [0.0; 4]);
+        for (step, end) in steps.iter().zip(patch.run_ends[..steps.len()].iter().rev()) {
+            patch.step(*step, &patch.runs[..*end], now, next);
+            std::mem::swap(now, next);
+        }
+        for (&v, value) in patch.members[..patch.layers[0]].iter().zip(now) {
+            to[v as usize - first] = *value;
+        }
     }
 }
 
-impl Block {
+impl Patch {
     #[inline(always)]
-    fn step(&self, step: &impl Step, from: &[[f32; 4]], mut here: &[[f32; 4]], mut to: &mut [[f32; 4]]) {
-        let mut near = &self.near[..];
-        for &[valence, count] in &self.runs {
+    fn step(&self, step: &impl Step, runs: &[[u32; 2]], from: &[[f32; 4]], mut to: &mut [[f32; 4]]) {
+        let (mut near, mut here) = (&self.near[..], from);
+        for &[valence, count] in runs {
             let (run_here, here_later) = here.split_at(count as usize);
             let (run_to, to_later) = to.split_at_mut(count as usize);
-            let (run_near, near_later) = near.split_at((valence * count) as usize);
+            let (run_near, near_later) = near.split_at(valence as usize * count as usize);
             match valence {
-                0 => {}
+                0 => run_to.copy_from_slice(run_here),
                 3 => run::<3>(step, run_near, from, run_here, run_to),
                 4 => run::<4>(step, run_near, from, run_here, run_to),
                 5 => run::<5>(step, run_near, from, run_here, run_to),
@@ -157,11 +270,11 @@ impl Block {
 fn run<const N: usize>(step: &impl Step, near: &[u32], from: &[[f32; 4]], here: &[[f32; 4]], to: &mut [[f32; 4]]) {
     let per = 1.0 / N as f32;
     for ((near, here), to) in near.as_chunks::<N>().0.iter().zip(here).zip(to) {
-        let mut sum = from[near[0] as usize];
+        let mut sum = Quad::load(&from[near[0] as usize]);
         for n in &near[1..] {
-            add(&mut sum, &from[*n as usize]);
+            sum = sum + Quad::load(&from[*n as usize]);
         }
-        *to = step.of(*here, sum, per);
+        *to = step.of(Quad::load(here), sum, per).array();
     }
 }
 
@@ -170,18 +283,11 @@ fn run<const N: usize>(step: &impl Step, near: &[u32], from: &[[f32; 4]], here: 
 fn run_of(valence: usize, step: &impl Step, near: &[u32], from: &[[f32; 4]], here: &[[f32; 4]], to: &mut [[f32; 4]]) {
     let per = 1.0 / valence as f32;
     for ((near, here), to) in near.chunks_exact(valence).zip(here).zip(to) {
-        let mut sum = from[near[0] as usize];
+        let mut sum = Quad::load(&from[near[0] as usize]);
         for n in &near[1..] {
-            add(&mut sum, &from[*n as usize]);
+            sum = sum + Quad::load(&from[*n as usize]);
         }
-        *to = step.of(*here, sum, per);
-    }
-}
-
-#[inline(always)]
-fn add(sum: &mut [f32; 4], more: &[f32; 4]) {
-    for a in 0..4 {
-        sum[a] += more[a];
+        *to = step.of(Quad::load(here), sum, per).array();
     }
 }
 
@@ -193,15 +299,17 @@ mod tests {
     struct Sum;
 
     impl Step for Sum {
-        fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4] {
-            [sum[0] * per, sum[1], here[2], here[3]]
+        fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad {
+            let ([mean, ..], [_, count, ..], [_, _, z, w]) =
+                ((sum * Quad::splat(per)).array(), sum.array(), here.array());
+            Quad::load(&[mean, count, z, w])
         }
     }
 
     /// Wheels of many sizes, and lone vertices between them: the hub is that with most spokes.
     fn wheels() -> (Vec<[u32; 3]>, usize) {
         let (mut triangles, mut n) = (Vec::new(), 0);
-        for spokes in (3..40).cycle().take(200) {
+        for spokes in (3..40).cycle().take(900) {
             triangles.extend((0..spokes).map(|i| [n, n + 1 + i, n + 1 + (i + 1) % spokes]));
             // A lid from below, so that all is closed.
             triangles.extend((0..spokes).map(|i| [n + spokes + 1, n + 1 + (i + 1) % spokes, n + 1 + i]));
@@ -216,13 +324,13 @@ mod tests {
         let stars = Stars::of(&triangles, n);
         let rings = Rings::of(&stars);
         let value = |v: usize| [(v * 37 % 101) as f32, 1.0, v as f32, 0.5];
-        let from = rings.places(value);
-        let mut to = from.clone();
-        rings.step(&Sum, &from, &mut to);
         let (mut found, mut same) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
-        rings.vertices(&to, &mut found);
-        rings.vertices(&from, &mut same);
-        assert!(n > 2 * BLOCK);
+        let mut values = Values::default();
+        values.set(n, value);
+        values.take_back(&mut same);
+        values.steps(&rings, &[Sum], 1, &Control::default()).unwrap();
+        values.take_back(&mut found);
+        assert!(n > 2 * OWN);
         for v in 0..n {
             let [x, y, z, _] = value(v);
             assert_eq!(same[v], [x, y, z]);
@@ -235,6 +343,43 @@ mod tests {
                 }
             };
             assert_eq!(found[v], want, "{v}");
+        }
+    }
+
+    /// A torus of squares, its vertices numbered by `number`.
+    fn torus(number: impl Fn(u32) -> u32) -> (Vec<[u32; 3]>, usize) {
+        let (rows, columns) = (240, 120);
+        let at = |i: u32, j: u32| number(i % rows * columns + j % columns);
+        let squares = (0..rows * columns).flat_map(|q| {
+            let (i, j) = (q / columns, q % columns);
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            if q % 7 == 0 { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] }
+        });
+        (squares.collect(), (rows * columns) as usize)
+    }
+
+    #[test]
+    fn steps_at_once_give_what_steps_one_by_one_do_and_numbers_that_jump_take_one() {
+        // 7919 is prime to the number of vertices.
+        let jump = |v: u32| (u64::from(v) * 7919 % 28_800) as u32;
+        for (mesh, depths) in [(torus(|v| v), 2..=DEEPEST), (torus(jump), 1..=1)] {
+            let (triangles, n) = mesh;
+            let stars = Stars::of(&triangles, n);
+            let rings = Rings::of(&stars);
+            assert!(n > 3 * OWN && depths.contains(&rings.depth), "{}", rings.depth);
+            let value = |v: usize| [(v * 37 % 101) as f32, 1.0, 0.0, 0.5];
+            let mut values = Values::default();
+            values.set(n, value);
+            values.steps(&rings, &[Sum, Sum, Sum], 4, &Control::default()).unwrap();
+            let mut want: Vec<f32> = (0..n).map(|v| value(v)[0]).collect();
+            for _ in 0..12 {
+                let of_vertex = |v: usize| {
+                    let near = stars.corners(v).iter().map(|corner| want[corner[0] as usize]);
+                    near.clone().sum::<f32>() * (1.0 / near.count() as f32)
+                };
+                want = (0..n).map(of_vertex).collect();
+            }
+            assert!(values.now.iter().zip(&want).all(|(found, want)| found[0] == *want));
         }
     }
 }

@@ -2,11 +2,15 @@
 //!
 //! ```text
 //! start     vertex ──► its first corner
-//! corners   (next, previous) vertex of each triangle at the vertex, in the triangle's direction
+//! count     vertex ──► how many it has
+//! corners   (next, previous) vertex of each triangle at the vertex, in the triangle's direction; behind those of each vertex
+//!           room for one more, which an edge that is turned may bring
 //! ```
 //!
 //! A counting sort of the corners by vertex: no hash map, no half-edge records. Within a star corners come in the order of
-//! the triangles, so whoever sums over a star gets the same bits for any number of threads.
+//! the triangles, but for those of turned edges, so whoever sums over a star gets the same bits for any number of threads.
+
+use rayon::prelude::*;
 
 use crate::math::memory::filled;
 
@@ -14,6 +18,7 @@ use crate::math::memory::filled;
 #[derive(Default)]
 pub(crate) struct Stars {
     start: Vec<usize>,
+    count: Vec<u32>,
     corners: Vec<[u32; 2]>,
 }
 
@@ -27,45 +32,85 @@ impl Stars {
 
     /// The corners of another mesh.
     pub(crate) fn rebuild(&mut self, triangles: &[[u32; 3]], vertices: usize) {
-        let Self { start, corners } = self;
-        // Counts go two places ahead, so that the scatter below turns `start[v + 1]` from v's beginning into its end.
-        start.clear();
-        start.resize(vertices + 2, 0);
+        let Self { start, count, corners } = self;
+        count.clear();
+        count.resize(vertices, 0);
         for v in triangles.as_flattened() {
-            start[*v as usize + 2] += 1;
+            count[*v as usize] += 1;
         }
-        for i in 2..start.len() {
-            start[i] += start[i - 1];
-        }
-        match corners.capacity() < 3 * triangles.len() {
+        start.clear();
+        let mut end = 0;
+        start.extend(count.iter_mut().map(|count| {
+            let start = end;
+            end += std::mem::take(count) as usize + 1;
+            start
+        }));
+        match corners.capacity() < end {
             // New memory comes zeroed from the system.
-            true => *corners = filled([0; 2], 3 * triangles.len()),
-            false => corners.resize(3 * triangles.len(), [0; 2]),
+            true => *corners = filled([0; 2], end),
+            false => corners.resize(end, [0; 2]),
         }
         for &[a, b, c] in triangles {
             for (v, next, previous) in [(a, b, c), (b, c, a), (c, a, b)] {
-                let slot = &mut start[v as usize + 1];
-                corners[*slot] = [next, previous];
-                *slot += 1;
+                let count = &mut count[v as usize];
+                corners[start[v as usize] + *count as usize] = [next, previous];
+                *count += 1;
             }
         }
-        start.pop();
     }
 
-    /// Where each vertex's corners begin, and in the end their number; and all corners.
-    pub(crate) fn into_parts(self) -> (Vec<usize>, Vec<[u32; 2]>) {
-        (self.start, self.corners)
+    /// Where each vertex's corners begin and how many there are, and all corners.
+    pub(crate) fn into_parts(self) -> (Vec<(usize, u32)>, Vec<[u32; 2]>) {
+        (self.start.into_iter().zip(self.count).collect(), self.corners)
     }
 
     /// Number of vertices.
     pub(crate) fn len(&self) -> usize {
-        self.start.len() - 1
+        self.start.len()
     }
 
     /// The (next, previous) vertices of each triangle at vertex `v`.
     #[inline(always)]
     pub(crate) fn corners(&self, v: usize) -> &[[u32; 2]] {
-        &self.corners[self.start[v]..self.start[v + 1]]
+        &self.corners[self.start[v]..][..self.count[v] as usize]
+    }
+
+    /// The number of triangles at vertex `v`.
+    #[inline(always)]
+    pub(crate) fn valence(&self, v: u32) -> u32 {
+        self.count[v as usize]
+    }
+
+    /// Turns the edge from a to b, of the triangles (a, b, c) and (a, d, b), so that it runs from c to d: triangles (a, d, c)
+    /// and (d, b, c). There is room for one such edge at c and d each.
+    pub(crate) fn turn(&mut self, [a, b, c, d]: [u32; 4]) {
+        for (end, other, [before, after]) in [(a, b, [d, c]), (b, a, [c, d])] {
+            let (start, count) = (self.start[end as usize], &mut self.count[end as usize]);
+            let star = &mut self.corners[start..][..*count as usize];
+            let mut kept = 0;
+            for i in 0..star.len() {
+                if star[i][0] != other {
+                    star[kept] = if star[i] == [before, other] { [before, after] } else { star[i] };
+                    kept += 1;
+                }
+            }
+            *count = kept as u32;
+        }
+        for (wing, [before, after], across) in [(c, [a, b], d), (d, [b, a], c)] {
+            let (start, count) = (self.start[wing as usize], &mut self.count[wing as usize]);
+            let star = &mut self.corners[start..][..*count as usize + 1];
+            for corner in &mut star[..*count as usize] {
+                *corner = if *corner == [before, after] { [before, across] } else { *corner };
+            }
+            star[*count as usize] = [across, after];
+            *count += 1;
+        }
+    }
+
+    /// Tells of each vertex whether triangles go all round it, where `is_sure` does not know that they do.
+    pub(crate) fn closed(&self, is_sure: impl Fn(usize) -> bool + Sync) -> Vec<bool> {
+        let vertices = (0..self.len()).into_par_iter().with_min_len(1 << 12);
+        vertices.map(|v| is_sure(v) || self.is_closed(v)).collect()
     }
 
     /// Whether triangles go all round vertex `v`: every neighbor follows one triangle and precedes another. A vertex
@@ -127,6 +172,36 @@ mod tests {
     fn closed(pairs: &[[u32; 2]]) -> bool {
         let count = |a: usize, v: u32| pairs.iter().filter(|pair| pair[a] == v).count();
         pairs.iter().all(|&[next, previous]| [next, previous].iter().all(|&v| count(0, v) == 1 && count(1, v) == 1))
+    }
+
+    #[test]
+    fn a_turned_edge_leaves_the_stars_of_the_triangles_with_it() {
+        let n = 9;
+        let at = |i: u32, j: u32| i * n + j;
+        let mut triangles: Vec<[u32; 3]> = (0..(n - 1) * (n - 1))
+            .flat_map(|q| {
+                let (i, j) = (q / (n - 1), q % (n - 1));
+                [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
+            })
+            .collect();
+        let mut stars = Stars::of(&triangles, (n * n) as usize);
+        for (i, j) in [(1, 1), (4, 5), (6, 2)] {
+            let [a, b, c, d] = [at(i + 1, j + 1), at(i, j), at(i + 1, j), at(i, j + 1)];
+            let first = 2 * (i * (n - 1) + j) as usize;
+            assert!(triangles[first].contains(&c) && triangles[first + 1].contains(&d));
+            (triangles[first], triangles[first + 1]) = ([a, d, c], [d, b, c]);
+            stars.turn([a, b, c, d]);
+        }
+        let after = Stars::of(&triangles, stars.len());
+        for v in 0..stars.len() {
+            let sorted = |stars: &Stars| {
+                let mut star = stars.corners(v).to_vec();
+                star.sort_unstable();
+                star
+            };
+            assert_eq!(sorted(&stars), sorted(&after), "{v}");
+            assert_eq!(stars.valence(v as u32) as usize, after.corners(v).len());
+        }
     }
 
     #[test]

@@ -69,7 +69,7 @@ pub fn keep(mesh: &mut Mesh, keep: &Keep, control: &Control<'_>) -> Result<Dropp
         _ => NONE,
     };
     let target: Vec<u32> = (0..mesh.vertices.len()).map(target).collect();
-    *mesh = merge(mesh, &target);
+    merge(mesh, &target);
     Ok(dropped)
 }
 

@@ -104,7 +104,8 @@ pub fn decimate(mesh: &mut Mesh, target: Target, control: &Control<'_>) -> Resul
     shrinking.finish(&mut work);
     let mut target = vec![NONE; work.vertices.len()];
     work.triangles.as_flattened().iter().for_each(|&v| target[v as usize] = v);
-    *mesh = merge(&work, &target);
+    merge(&mut work, &target);
+    *mesh = work;
     Ok(())
 }
 

@@ -81,7 +81,7 @@ pub fn keep_largest(mesh: &mut Mesh) -> Result<usize, Error> {
         {
             triangle.iter().for_each(|&v| target[v as usize] = v);
         }
-        *mesh = merge(mesh, &target);
+        merge(mesh, &target);
     }
     Ok(components.count())
 }

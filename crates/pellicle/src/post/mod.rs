@@ -14,12 +14,15 @@ pub mod decimate;
 mod finish;
 mod flip;
 pub mod largest;
+mod links;
+mod node;
 pub mod normals;
 pub mod quads;
 mod rebuild;
 pub mod settle;
 pub mod smooth;
 pub mod snap;
+mod undo;
 mod zigzag;
 
 pub use finish::Finish;
@@ -29,12 +32,9 @@ use crate::{Error, Mesh};
 /// Checks what every verb relies on: indices name vertices, normals and attributes match them.
 pub(crate) fn check(mesh: &Mesh) -> Result<(), Error> {
     let n = mesh.vertices.len();
-    if let Some(&out) = mesh.triangles.as_flattened().iter().find(|&&v| v as usize >= n) {
-        return Err(Error::Count {
-            what: "vertices named by triangles",
-            needed: u64::from(out) + 1,
-            available: n as u64,
-        });
+    let needed = mesh.triangles.as_flattened().iter().fold(0, |most, &v| most.max(u64::from(v) + 1));
+    if needed > n as u64 {
+        return Err(Error::Count { what: "vertices named by triangles", needed, available: n as u64 });
     }
     if !mesh.normals.is_empty() && mesh.normals.len() != n {
         return Err(Error::Length { what: "normals".into(), found: mesh.normals.len(), expected: n });

@@ -10,7 +10,8 @@
 use super::check;
 use crate::{
     Control, Error, Mesh,
-    mesh::rings::{Rings, Step},
+    math::{memory::filled, simd::Quad},
+    mesh::rings::{Rings, Step, Values},
     mesh::stars::Stars,
 };
 
@@ -24,14 +25,15 @@ pub fn from_triangles(mesh: &mut Mesh, iterations: usize, control: &Control<'_>)
     mesh.normals.clear();
     check(mesh)?;
     let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
-    with_stars(mesh, &stars, &Rings::of(&stars), iterations, control)
+    with_stars(mesh, &stars, &Rings::of(&stars), &mut Values::default(), iterations, control)
 }
 
-/// The same for a mesh whose stars are known.
+/// The same for a mesh whose stars are known, with memory for its normals.
 pub(super) fn with_stars(
     mesh: &mut Mesh,
     stars: &Stars,
     rings: &Rings,
+    values: &mut Values,
     iterations: usize,
     control: &Control<'_>,
 ) -> Result<(), Error> {
@@ -47,15 +49,10 @@ pub(super) fn with_stars(
         [x, y, z, 0.0]
     };
     // A fourth place, so that a normal is one load of four lanes.
-    let mut from = rings.places(of_vertex);
-    let mut to = if iterations > 0 { from.clone() } else { Vec::new() };
-    for _ in 0..iterations {
-        control.check()?;
-        rings.step(&Mean, &from, &mut to);
-        std::mem::swap(&mut from, &mut to);
-    }
-    mesh.normals = vec![[0.0; 3]; vertices.len()];
-    rings.vertices(&from, &mut mesh.normals);
+    values.set(vertices.len(), of_vertex);
+    values.steps(rings, &[Mean], iterations, control)?;
+    mesh.normals = filled([0.0; 3], vertices.len());
+    values.take_back(&mut mesh.normals);
     Ok(())
 }
 
@@ -64,13 +61,11 @@ struct Mean;
 
 impl Step for Mean {
     #[inline(always)]
-    fn of(&self, here: [f32; 4], mut sum: [f32; 4], _: f32) -> [f32; 4] {
-        for a in 0..4 {
-            sum[a] += here[a];
-        }
-        let length = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]).sqrt();
-        let per = if length > 0.0 { 1.0 / length } else { 0.0 };
-        sum.map(|x| x * per)
+    fn of(&self, here: Quad, sum: Quad, _: f32) -> Quad {
+        let sum = sum + here;
+        let [x_sq, y_sq, z_sq, _] = (sum * sum).array();
+        let length = (x_sq + y_sq + z_sq).sqrt();
+        sum * Quad::splat(if length > 0.0 { 1.0 / length } else { 0.0 })
     }
 }
 

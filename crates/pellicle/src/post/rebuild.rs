@@ -4,24 +4,23 @@
 
 use rayon::prelude::*;
 
-use super::flip::Flips;
-use crate::{Carry, Mesh, VertexAttribute};
+use crate::{Carry, Mesh, VertexAttribute, math::memory::filled};
 
 /// No vertex: what it was is dropped.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Groups handled by one task, at least.
+/// Groups or triangles handled by one task, at least.
 const CHUNK: usize = 1 << 12;
 
 /// Merges vertices: those with the same `target`, which is the lowest of them, become one in their middle, and what they
 /// carry becomes its mean, or is the one's that lies nearest to the middle; those with [`NONE`] vanish, with their triangles. Triangles of which corners merged vanish, too.
 /// What is left keeps its order.
-pub(super) fn merge(mesh: &Mesh, target: &[u32]) -> Mesh {
-    merge_and_turn(mesh, target, &Groups::of(target), &Flips::default())
+pub(super) fn merge(mesh: &mut Mesh, target: &[u32]) {
+    merge_groups(mesh, &Groups::of(target));
 }
 
-/// The same, with edges turned on the way.
-pub(super) fn merge_and_turn(mesh: &Mesh, target: &[u32], groups: &Groups, flips: &Flips) -> Mesh {
+/// The same for groups that are known.
+pub(super) fn merge_groups(mesh: &mut Mesh, groups: &Groups) {
     let mean = |values: &[f32], components: usize| groups.mean(values, components);
     let mut normals = if mesh.normals.is_empty() { Vec::new() } else { groups.mean_of_triples(&mesh.normals) };
     normals.par_iter_mut().for_each(|n| {
@@ -43,23 +42,14 @@ pub(super) fn merge_and_turn(mesh: &Mesh, target: &[u32], groups: &Groups, flips
         };
         VertexAttribute { name: name.clone(), components: *components, values, carry: *carry }
     };
-    Mesh {
-        origin: mesh.origin,
-        attributes: mesh.attributes.iter().map(carried).collect(),
-        vertices,
-        normals,
-        triangles: mesh
-            .triangles
-            .par_iter()
-            .with_min_len(CHUNK)
-            .filter_map(|t| groups.triangle(target, flips, *t))
-            .collect(),
-    }
+    mesh.attributes = mesh.attributes.iter().map(carried).collect();
+    (mesh.vertices, mesh.normals) = (vertices, normals);
+    groups.leave(&mut mesh.triangles);
 }
 
 /// Vertices that belong together, group after group, each in ascending order.
 pub(super) struct Groups {
-    /// The lowest member ──► its group.
+    /// Vertex ──► its group.
     number: Vec<u32>,
     start: Vec<u32>,
     members: Vec<u32>,
@@ -68,28 +58,26 @@ pub(super) struct Groups {
 impl Groups {
     /// `target` names the lowest member of each vertex's group, or is [`NONE`].
     pub(super) fn of(target: &[u32]) -> Self {
-        let mut number = vec![NONE; target.len()];
+        let mut number = filled(NONE, target.len());
         // Counts go two places ahead, so that the scatter turns `start[g + 1]` from g's beginning into its end.
         let mut start = vec![0; 2];
         for (v, &t) in target.iter().enumerate() {
             if t == v as u32 {
                 number[v] = start.len() as u32 - 2;
-                start.push(0);
-            }
-            if t != NONE {
-                start[number[t as usize] as usize + 2] += 1;
+                start.push(1);
+            } else if t != NONE {
+                number[v] = number[t as usize];
+                start[number[v] as usize + 2] += 1;
             }
         }
         for g in 2..start.len() {
             start[g] += start[g - 1];
         }
-        let mut members = vec![0; start[start.len() - 1] as usize];
-        for (v, &t) in target.iter().enumerate() {
-            if t != NONE {
-                let place = &mut start[number[t as usize] as usize + 1];
-                members[*place as usize] = v as u32;
-                *place += 1;
-            }
+        let mut members = filled(0, start[start.len() - 1] as usize);
+        for (&group, v) in number.iter().zip(0..).filter(|(group, _)| **group != NONE) {
+            let place = &mut start[group as usize + 1];
+            members[*place as usize] = v;
+            *place += 1;
         }
         start.pop();
         Self { number, start, members }
@@ -106,17 +94,15 @@ impl Groups {
         &self.members[self.start[group] as usize..self.start[group + 1] as usize]
     }
 
-    /// The number of the group whose lowest member is given.
+    /// The members of the group of a vertex, which must not be dropped.
     #[inline(always)]
-    pub(super) fn number_of(&self, lowest: u32) -> usize {
-        self.number[lowest as usize] as usize
+    pub(super) fn members_with(&self, vertex: u32) -> &[u32] {
+        self.members(self.number[vertex as usize] as usize)
     }
 
-    /// The members of the group whose lowest is given; `None` if it is no group's.
-    #[inline(always)]
-    pub(super) fn members_with(&self, lowest: u32) -> Option<&[u32]> {
-        let group = self.number[lowest as usize];
-        (group != NONE).then(|| self.members(group as usize))
+    /// The lowest members of all groups, in order.
+    pub(super) fn lowest(&self) -> impl Iterator<Item = u32> {
+        self.start[..self.len()].iter().map(|&first| self.members[first as usize])
     }
 
     fn mean_of_triples(&self, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
@@ -168,10 +154,25 @@ impl Groups {
         places.par_iter().enumerate().map(of_group).collect()
     }
 
-    #[inline(always)]
-    fn triangle(&self, target: &[u32], flips: &Flips, t: [u32; 3]) -> Option<[u32; 3]> {
-        let [a, b, c] = t.map(|v| target[v as usize]);
-        let is_left = a != b && b != c && c != a && a != NONE && b != NONE && c != NONE;
-        is_left.then(|| flips.turned([a, b, c]).map(|t| self.number[t as usize]))
+    /// Leaves the triangles with three groups, in their order, and names these.
+    fn leave(&self, triangles: &mut Vec<[u32; 3]>) {
+        let within = |chunk: &mut [[u32; 3]]| {
+            let mut count = 0;
+            for i in 0..chunk.len() {
+                let [a, b, c] = chunk[i].map(|v| self.number[v as usize]);
+                chunk[count] = [a, b, c];
+                // No branch: nobody could foresee it.
+                let is_left = (a != b) & (b != c) & (c != a) & (a != NONE) & (b != NONE) & (c != NONE);
+                count += usize::from(is_left);
+            }
+            count
+        };
+        let counts: Vec<usize> = triangles.par_chunks_mut(CHUNK).map(within).collect();
+        let mut left = 0;
+        for (chunk, count) in counts.into_iter().enumerate() {
+            triangles.copy_within(chunk * CHUNK..chunk * CHUNK + count, left);
+            left += count;
+        }
+        triangles.truncate(left);
     }
 }

@@ -27,7 +27,8 @@ use rayon::prelude::*;
 use super::check;
 use crate::{
     Control, Error, Mesh,
-    mesh::rings::{Rings, Step},
+    math::simd::Quad,
+    mesh::rings::{Rings, Step, Values},
     mesh::stars::Stars,
 };
 
@@ -140,37 +141,31 @@ pub fn smooth(
         return Ok(());
     }
     let stars = Stars::of(&mesh.triangles, n);
-    with_stars(mesh, &stars, &Rings::of(&stars), weights, smoothing, control)
+    // A vertex without triangles has no neighbors to go to.
+    let closed = stars.closed(|_| false);
+    let weight = |v: usize| if closed[v] { weights.map_or(1.0, |weights| weights[v]) } else { 0.0 };
+    with_rings(mesh, &Rings::of(&stars), &mut Values::default(), weight, smoothing, control)
 }
 
-/// The same for a mesh whose stars are known.
-pub(super) fn with_stars(
+/// The same for a mesh whose rings are known, with memory for its vertices. The weight is 0 at a border.
+pub(super) fn with_rings(
     mesh: &mut Mesh,
-    stars: &Stars,
     rings: &Rings,
-    weights: Option<&[f32]>,
+    values: &mut Values,
+    weight: impl Fn(usize) -> f32 + Sync,
     smoothing: &Smoothing,
     control: &Control<'_>,
 ) -> Result<(), Error> {
     // The weight of each vertex travels with it, in the fourth place.
-    let weight = |v: usize| {
-        let moves = !stars.corners(v).is_empty() && stars.is_closed(v);
-        if moves { weights.map_or(1.0, |weights| weights[v]) } else { 0.0 }
-    };
     let vertices = &mesh.vertices;
-    let mut from = rings.places(|v| {
+    values.set(vertices.len(), |v| {
         let [x, y, z] = vertices[v];
         [x, y, z, weight(v)]
     });
-    let mut to = from.clone();
-    for _ in 0..smoothing.iterations {
-        for share in smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0) {
-            control.check()?;
-            rings.step(&Relax { share }, &from, &mut to);
-            std::mem::swap(&mut from, &mut to);
-        }
-    }
-    rings.vertices(&from, &mut mesh.vertices);
+    let shares = smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0);
+    let cycle: Vec<Relax> = shares.map(|share| Relax { share }).collect();
+    values.steps(rings, &cycle, smoothing.iterations, control)?;
+    values.take_back(&mut mesh.vertices);
     Ok(())
 }
 
@@ -181,18 +176,14 @@ struct Relax {
 
 impl Step for Relax {
     #[inline(always)]
-    fn of(&self, here: [f32; 4], sum: [f32; 4], per: f32) -> [f32; 4] {
-        let weight = here[3];
+    fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad {
+        let [.., weight] = here.array();
         // What stays does so even beside what is not finite.
         if weight == 0.0 {
             return here;
         }
-        let mut to = [0.0; 4];
-        for a in 0..4 {
-            to[a] = here[a] + self.share * weight * (sum[a] * per - here[a]);
-        }
-        to[3] = weight;
-        to
+        let to = here + Quad::splat(self.share * weight) * (sum * Quad::splat(per) - here);
+        to.with_last_of(here)
     }
 }
 

@@ -18,8 +18,12 @@ use rayon::prelude::*;
 
 use super::{
     check,
-    flip::Merged,
-    rebuild::{Groups, merge_and_turn},
+    flip::even_valences,
+    links::Links,
+    node::{middle_of, packed},
+    rebuild::{Groups, merge_groups},
+    undo::undo_broken,
+    zigzag::Squares,
 };
 use crate::{
     Control, Error, Mesh,
@@ -27,10 +31,10 @@ use crate::{
         union_find::join,
         vector::{cross, dot, length, subtract},
     },
-    mesh::stars::{Stars, followers},
+    mesh::stars::Stars,
 };
 
-/// Vertices looked at by one task.
+/// Vertices or triangles looked at by one task.
 const CHUNK: usize = 1 << 12;
 
 /// Where the nodes of a lattice are: at `origin` plus whole numbers of each of the `steps`, in world units.
@@ -76,39 +80,45 @@ impl Nodes {
 pub fn snap(mesh: &mut Mesh, nodes: &Nodes, control: &Control<'_>) -> Result<(), Error> {
     nodes.per_unit()?;
     check(mesh)?;
-    with_stars(mesh, &Stars::of(&mesh.triangles, mesh.vertices.len()), nodes, false, control)
-}
-
-/// The same for a mesh whose stars are known. With `zigzag` the diagonals of level parts alternate.
-pub(super) fn with_stars(
-    mesh: &mut Mesh,
-    stars: &Stars,
-    nodes: &Nodes,
-    zigzag: bool,
-    control: &Control<'_>,
-) -> Result<(), Error> {
-    let nearest = nearest_nodes(mesh, nodes)?;
-    let mut target = groups(stars, &nearest);
-    control.check()?;
-    let all = Groups::of(&target);
-    let mut broken = find_broken(stars, &target, &all);
-    // From round to round only what an undone merge touches can break, so the later ones are short.
-    while !broken.is_empty() {
-        control.check()?;
-        broken = undo(stars, &mut target, &all, &broken);
-    }
-    let groups = Groups::of(&target);
-    // The body-centred lattice has no squares of neighbors.
-    let rows = (zigzag && !nodes.has_middles).then_some(&nearest[..]);
-    let flips = Merged { mesh, stars, target: &target, groups: &groups, rows }.flips();
-    *mesh = merge_and_turn(mesh, &target, &groups, &flips);
+    with_stars(mesh, &mut Stars::default(), nodes, false, control)?;
     Ok(())
 }
 
-/// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin: the low 21 bits of each
-/// coordinate, which tell those of neighbors apart, and whether it is the middle of a cell. Nearest in steps of the lattice,
+/// The same with memory for stars, which are those of the mesh after. With `zigzag` the diagonals of level parts alternate. Tells of each vertex that is left
+/// whether triangles go all round it.
+pub(super) fn with_stars(
+    mesh: &mut Mesh,
+    stars: &mut Stars,
+    nodes: &Nodes,
+    zigzag: bool,
+    control: &Control<'_>,
+) -> Result<Vec<bool>, Error> {
+    let nearest = nearest_nodes(mesh, nodes)?;
+    let mut target = groups(&mesh.triangles, &nearest);
+    control.check()?;
+    let mut links = Links::of(&mesh.triangles, &nearest, &target);
+    let is_suspect = |v: &u32| target[*v as usize] == *v && !links.is_sure(*v);
+    let suspects = (0..target.len() as u32).filter(is_suspect).collect();
+    let undone = undo_broken(&mesh.triangles, &mut target, suspects, control)?;
+    undone.iter().for_each(|&v| links.doubt(target[v as usize]));
+    let groups = Groups::of(&target);
+    merge_groups(mesh, &groups);
+    let mut links = links.numbered(groups.lowest());
+    // The body-centred lattice has no squares of neighbors.
+    if zigzag && !nodes.has_middles {
+        let nodes: Vec<u64> = groups.lowest().map(|v| nearest[v as usize]).collect();
+        let squares = Squares { vertices: &mesh.vertices, nodes: &nodes };
+        squares.alternate(&mut mesh.triangles, &mut links);
+    }
+    stars.rebuild(&mesh.triangles, mesh.vertices.len());
+    let closed = stars.closed(|v| links.is_sure(v as u32));
+    even_valences(mesh, stars, &closed);
+    Ok(closed)
+}
+
+/// The lattice node nearest to each vertex, relative to the one nearest to the mesh's origin. Nearest in steps of the lattice,
 /// along which the crossings lie, not in world units.
-fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
+pub(super) fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
     let per = nodes.per_unit()?;
     let to_origin = subtract(mesh.origin, nodes.origin);
     let shift = per.map(|row| dot(row, to_origin)).map(|o| o - o.round());
@@ -119,155 +129,53 @@ fn nearest_nodes(mesh: &Mesh, nodes: &Nodes) -> Result<Vec<u64>, Error> {
         if nodes.has_middles {
             let (middle, nearer) = rounded(place.map(|x| x - 0.5));
             if nearer < off {
-                return middle << 1 | 1;
+                return middle_of(middle);
             }
         }
-        node << 1
+        node
     };
     Ok(mesh.vertices.par_iter().with_min_len(CHUNK).map(nearest).collect())
 }
 
 /// The whole numbers nearest to a place, packed, and the square of how far they are.
+#[inline(always)]
 fn rounded(place: [f64; 3]) -> (u64, f64) {
-    let (mut key, mut off) = (0, 0.0);
-    for x in place {
+    let node = place.map(|x| {
         let cut = (x + 0.5) as i64;
-        let node = cut.wrapping_sub(i64::from(cut as f64 > x + 0.5));
-        key = key << 21 | (node as u64 & 0x1f_ffff);
-        off += (x - node as f64).powi(2);
-    }
-    (key, off)
+        cut.wrapping_sub(i64::from(cut as f64 > x + 0.5))
+    });
+    let off = [0, 1, 2].map(|a| place[a] - node[a] as f64);
+    (packed(node), dot(off, off))
 }
 
 /// The lowest vertex that each can reach through neighbors of the same node.
-fn groups(stars: &Stars, nodes: &[u64]) -> Vec<u32> {
-    let n = stars.len();
-    let lower = |v: usize| {
-        let mut lowest = v as u32;
-        for &[n, _] in stars.corners(v) {
-            lowest = lowest.min(if nodes[n as usize] == nodes[v] { n } else { u32::MAX });
+pub(super) fn groups(triangles: &[[u32; 3]], nodes: &[u64]) -> Vec<u32> {
+    let within = |chunk: &[[u32; 3]]| {
+        let mut edges = Vec::new();
+        for triangle in chunk {
+            let at = triangle.map(|v| nodes[v as usize]);
+            for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+                // One of the two ways that an edge is run through is enough: vertices of a border stay apart in the end.
+                if at[i] == at[j] && triangle[i] > triangle[j] {
+                    edges.push([triangle[j], triangle[i]]);
+                }
+            }
         }
-        lowest
+        edges
     };
-    // The lowest of the neighbors; its own lowest neighbor may be lower still, and a group may have several such ends.
-    let mut lowest: Vec<u32> = (0..n).into_par_iter().with_min_len(CHUNK).map(lower).collect();
-    for v in 0..n {
-        lowest[v] = lowest[lowest[v] as usize];
-    }
-    let lowest_of = &lowest;
-    let split = |v: usize| {
-        let near = stars.corners(v).iter().map(|corner| corner[0] as usize);
-        near.filter(move |&n| n < v && nodes[n] == nodes[v] && lowest_of[n] != lowest_of[v])
-            .map(move |n| [n as u32, v as u32])
-    };
-    let merged = (0..n).into_par_iter().with_min_len(CHUNK).filter(|&v| lowest_of[v] != v as u32);
-    let splits: Vec<[u32; 2]> = merged.flat_map_iter(split).collect();
-    for [a, b] in splits {
+    let edges: Vec<Vec<[u32; 2]>> = triangles.par_chunks(CHUNK).map(within).collect();
+    let mut lowest: Vec<u32> = (0..nodes.len() as u32).collect();
+    for &[a, b] in edges.iter().flatten() {
         join(&mut lowest, a, b);
     }
-    for v in 0..n {
+    for v in 0..lowest.len() {
         lowest[v] = lowest[lowest[v] as usize];
     }
     lowest
 }
 
-/// The groups, single vertices among them, whose fan would not close.
-fn find_broken(stars: &Stars, target: &[u32], all: &Groups) -> Vec<u32> {
-    let chunks = (0..all.len().div_ceil(CHUNK)).into_par_iter();
-    let broken = chunks.map_init(Vec::new, |fan, chunk| {
-        let groups = chunk * CHUNK..all.len().min((chunk + 1) * CHUNK);
-        let is_broken = |&g: &usize| is_broken(stars, target, all.members(g), fan);
-        groups.filter(is_broken).map(|g| all.members(g)[0]).collect::<Vec<u32>>()
-    });
-    broken.flatten_iter().collect()
-}
-
-/// Undoes the merges to blame for the broken groups, named by their lowest members, and returns those that are broken now.
-fn undo(stars: &Stars, target: &mut [u32], all: &Groups, broken: &[u32]) -> Vec<u32> {
-    // Its own merge, and where there is none those of its neighbors.
-    let mut undone: Vec<u32> = Vec::new();
-    for &lowest in broken {
-        if members(target, all, lowest).len() > 1 {
-            undone.push(lowest);
-        } else {
-            let near = stars.corners(lowest as usize).iter().map(|corner| target[corner[0] as usize]);
-            undone.extend(near.filter(|&near| members(target, all, near).len() > 1));
-        }
-    }
-    undone.sort_unstable();
-    undone.dedup();
-    let mut touched = Vec::new();
-    for &v in undone.iter().filter_map(|&lowest| all.members_with(lowest)).flatten() {
-        target[v as usize] = v;
-        touched.push(v);
-        touched.extend(stars.corners(v as usize).iter().map(|corner| corner[0]));
-    }
-    touched.iter_mut().for_each(|v| *v = target[*v as usize]);
-    touched.sort_unstable();
-    touched.dedup();
-    let mut fan = Vec::new();
-    touched.retain(|&lowest| is_broken(stars, target, members(target, all, lowest), &mut fan));
-    touched
-}
-
-/// The members of the group that a vertex leads: all that it had at first, or itself alone once they were undone.
-fn members<'a>(target: &'a [u32], all: &'a Groups, lowest: u32) -> &'a [u32] {
-    match all.members_with(lowest) {
-        Some(first @ [_, second, ..]) if target[*second as usize] == lowest => first,
-        _ => std::slice::from_ref(&target[lowest as usize]),
-    }
-}
-
-/// Whether the fan of a merged vertex does not close, or more than a disc vanishes in it. A vertex of a border never has a
-/// closed fan: it is broken as long as it or a neighbor merges. A hole that would vanish counts as more than a disc.
-fn is_broken(stars: &Stars, target: &[u32], group: &[u32], fan: &mut Vec<[u32; 2]>) -> bool {
-    let is_disc = collect_fan(stars, target, group, fan);
-    if is_disc && is_one_fan(fan) {
-        return false;
-    }
-    let merges =
-        |&v: &u32| target[v as usize] != v || stars.corners(v as usize).iter().any(|c| target[c[0] as usize] == v);
-    group.len() > 1 || stars.corners(group[0] as usize).iter().flatten().any(merges)
-}
-
-/// Collects the (next, previous) pairs around a merged vertex, of the triangles that are left, and tells whether what
-/// vanishes within is a disc or a tree: vertices − edges + triangles = 1. Otherwise a handle would vanish, too.
-fn collect_fan(stars: &Stars, target: &[u32], group: &[u32], fan: &mut Vec<[u32; 2]>) -> bool {
-    let here = target[group[0] as usize];
-    let (mut half_edges, mut corners) = (0, 0);
-    fan.clear();
-    for &v in group {
-        for corner in stars.corners(v as usize) {
-            let [next, previous] = corner.map(|n| target[n as usize]);
-            half_edges += usize::from(next == here);
-            corners += usize::from(next == here && previous == here);
-            if next != previous && next != here && previous != here {
-                fan.push([next, previous]);
-            }
-        }
-    }
-    group.len() + corners / 3 == 1 + half_edges / 2
-}
-
-/// Whether the pairs link up to a single ring of at least three.
-fn is_one_fan(fan: &[[u32; 2]]) -> bool {
-    const MOST: usize = 256;
-    let n = fan.len();
-    let mut next = [0u8; MOST];
-    if !(3..=MOST).contains(&n) || !followers(fan, |i, j| next[i] = j as u8) {
-        return false;
-    }
-    let mut at = next[0];
-    let mut steps = 1;
-    while at != 0 {
-        at = next[usize::from(at)];
-        steps += 1;
-    }
-    steps == n
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::rebuild::merge;
     use super::*;
     use crate::{Carry, Params, VertexAttribute, mesh::Report, reconstruct};
@@ -282,12 +190,13 @@ mod tests {
     fn an_id_is_that_of_the_vertex_nearest_to_the_middle() {
         // Three vertices of one node around a fourth corner: their mean is nearest to the second.
         let mesh = Mesh { vertices: vec![[0.0; 3], [0.1, 0.0, 0.0], [0.2, 0.1, 0.0], [5.0; 3]], ..Mesh::default() };
-        let mesh = Mesh { attributes: vec![ids(&mesh)], ..mesh };
-        assert_eq!(merge(&mesh, &[0, 0, 0, 3]).attributes[0].values, [1.0, 3.0]);
+        let mut mesh = Mesh { attributes: vec![ids(&mesh)], ..mesh };
+        merge(&mut mesh, &[0, 0, 0, 3]);
+        assert_eq!(mesh.attributes[0].values, [1.0, 3.0]);
     }
 
     /// Random particles with necks, droplets and cavities.
-    fn tangled(seed: usize) -> (Mesh, Params) {
+    pub(in super::super) fn tangled(seed: usize) -> (Mesh, Params) {
         let positions: Vec<[f32; 3]> = (0..400)
             .map(|i| [i * 37 + seed, i * i * 53 + 7 * seed, i * 101 + i / 7 * seed].map(|v| (v % 97) as f32 * 0.006))
             .collect();
@@ -402,10 +311,12 @@ mod tests {
             mesh
         };
         let turned = run(1);
-        let stars = Stars::of(&mesh.triangles, mesh.vertices.len());
         let only_merged = {
-            let target = groups(&stars, &nearest_nodes(&mesh, &Nodes::cubic(params.spacing())).unwrap());
-            merge(&mesh, &target)
+            let nearest = nearest_nodes(&mesh, &Nodes::cubic(params.spacing())).unwrap();
+            let target = groups(&mesh.triangles, &nearest);
+            let mut mesh = mesh.clone();
+            merge(&mut mesh, &target);
+            mesh
         };
         assert!(off_six(&turned) < 0.8 * off_six(&only_merged), "{} {}", off_six(&turned), off_six(&only_merged));
         assert_eq!(run(3), turned);

@@ -11,57 +11,71 @@
 //! Marching cubes cuts the squares of a level surface along one and the same diagonal, and merging vertices by nodes makes such
 //! squares of what is nearly level. Every vertex has six neighbors either way.
 //!
+//! Marching cubes cuts a square within one cell, so its triangles follow each other.
+//!
 //! Source: this project.
 
 use rayon::prelude::*;
 
-use super::flip::{CHUNK, Flip, Flips, Merged};
-use crate::mesh::stars::followers;
+use super::{
+    flip::Flip,
+    links::Links,
+    node::{coordinate, direction, step},
+};
 
-impl Merged<'_> {
-    /// Adds the diagonals of squares that run the wrong way for their row, and brings the valences up to date.
-    pub(super) fn alternate(&self, nodes: &[u64], valences: &mut [u8], flips: &mut Flips) {
-        let n = self.groups.len();
-        let chunks = (0..n.div_ceil(CHUNK)).into_par_iter();
-        let found = chunks.map_init(Vec::new, |fan, chunk| {
+/// Triangles looked at by one task.
+const CHUNK: usize = 1 << 13;
+
+/// Merged vertices and what is known of them, by group.
+pub(super) struct Squares<'a> {
+    pub vertices: &'a [[f32; 3]],
+    /// The lattice node of each, packed.
+    pub nodes: &'a [u64],
+}
+
+impl Squares<'_> {
+    /// Turns the diagonals of squares that run the wrong way for their row.
+    pub(super) fn alternate(&self, triangles: &mut [[u32; 3]], links: &mut Links) {
+        let starts: Vec<usize> = (0..triangles.len().saturating_sub(1)).step_by(CHUNK).collect();
+        let in_chunk = |&first: &usize| {
             let mut found = Vec::new();
-            for g in chunk * CHUNK..n.min((chunk + 1) * CHUNK) {
-                self.find_squares(g, nodes, fan, &mut found);
+            for (i, pair) in (first..first + CHUNK).zip(triangles[first..].array_windows()) {
+                found.extend(self.off(pair, links).map(|flip| (i, flip)));
             }
             found
-        });
-        let found: Vec<Vec<Flip>> = found.collect();
-        for flip in found.iter().flatten() {
-            let numbers = flip.four().map(|v| self.groups.number_of(v));
-            // A vertex may lose several edges at the rim of a level part.
-            if numbers[..2].iter().all(|&g| valences[g] > 3) && flips.add(flip) {
-                numbers[..2].iter().for_each(|&g| valences[g] -= 1);
-                numbers[2..].iter().for_each(|&g| valences[g] = valences[g].saturating_add(1));
+        };
+        let found: Vec<Vec<(usize, Flip)>> = starts.par_iter().map(in_chunk).collect();
+        let mut valences: Vec<u8> = (0..self.nodes.len() as u32).map(|g| links.valence(g) as u8).collect();
+        for (i, flip) in found.into_iter().flatten() {
+            let ([a, b], [c, d]) = (flip.ends, flip.wings);
+            let across = direction(self.nodes[c as usize], self.nodes[d as usize]);
+            let back = direction(self.nodes[d as usize], self.nodes[c as usize]);
+            let (Some(across), Some(back)) = (across, back) else { continue };
+            // A vertex may lose several edges at the rim of a level part; an edge that is there already is not made again.
+            if [a, b].iter().any(|&v| valences[v as usize] <= 3) || links.may_lead(c, across) {
+                continue;
             }
+            links.lead(c, across);
+            links.lead(d, back);
+            [a, b].iter().for_each(|&v| valences[v as usize] -= 1);
+            [c, d].iter().for_each(|&v| valences[v as usize] += 1);
+            triangles[i..i + 2].copy_from_slice(&flip.turned());
         }
     }
 
-    /// Such diagonals at one end.
-    fn find_squares(&self, group: usize, nodes: &[u64], fan: &mut Vec<[u32; 2]>, found: &mut Vec<Flip>) {
-        let members = self.groups.members(group);
-        let (a, here) = (members[0], nodes[members[0] as usize]);
-        // Most have none, and nodes tell that before anything is gathered.
-        let has_any = |&v: &u32| self.stars.corners(v as usize).iter().any(|&[n, _]| is_off(here, nodes[n as usize]));
-        if !members.iter().any(has_any) {
-            return;
-        }
-        self.fan(a, fan);
-        let first = found.len();
-        let is_ring = followers(fan, |i, j| {
-            let ([d, b], c) = (fan[i], fan[j][1]);
-            if c != d && is_off(here, nodes[b as usize]) && is_square([a, b, c, d].map(|v| nodes[v as usize])) {
-                found.push(Flip { loss: 0, mixed: 0, ends: [a, b], wings: [c, d] });
-            }
-        });
-        if !is_ring {
-            found.truncate(first);
-        }
-        self.keep_allowed(first, fan, found);
+    /// The diagonal between two triangles, if they make a square of the lattice and it is off.
+    #[inline(always)]
+    fn off(&self, &[first, second]: &[[u32; 3]; 2], links: &Links) -> Option<Flip> {
+        let flip = Flip::between(first, second)?;
+        let four = flip.four();
+        let at = four.map(|v| self.nodes[v as usize]);
+        // Of a square, the middles of the diagonals are one.
+        let is_off = at[0].wrapping_add(at[1]) == at[2].wrapping_add(at[3])
+            && (is_off(at[0], at[1]) || is_off(at[1], at[0]))
+            && is_square(at)
+            && four.iter().all(|&v| links.is_sure(v))
+            && flip.is_flat(self.vertices);
+        is_off.then_some(flip)
     }
 }
 
@@ -89,25 +103,13 @@ fn is_square([a, b, c, d]: [u64; 4]) -> bool {
     is_side(sides[0]) && is_side(sides[1]) && (0..3).all(|i| sides[0][i] + sides[1][i] == diagonal[i])
 }
 
-/// A coordinate of a packed node, as far as its bits go.
-#[inline(always)]
-fn coordinate(node: u64, axis: usize) -> i32 {
-    (node >> (43 - 21 * axis)) as i32
-}
-
-/// From one packed node to another that is near.
-#[inline(always)]
-fn step(from: u64, to: u64) -> [i32; 3] {
-    [0, 1, 2].map(|a| (coordinate(to, a).wrapping_sub(coordinate(from, a)) << 11) >> 11)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
         Control, Mesh, Params,
         mesh::{Quality, Report},
-        post::{Finish, snap::Nodes},
+        post::{Finish, node::packed, snap::Nodes},
     };
 
     /// A box of water, level on all sides but for ripples on top.
@@ -148,14 +150,13 @@ mod tests {
 
     #[test]
     fn a_square_is_known_by_its_nodes_and_its_row() {
-        let node = |[x, y, z]: [i64; 3]| [x, y, z].iter().fold(0u64, |key, v| key << 21 | (*v as u64 & 0x1f_ffff)) << 1;
         // Both diagonals of a square, in rows that follow each other along x, in each of the three planes.
         for axis in 0..3 {
             for row in [-2, -1, 0, 1] {
                 let at = |u: i64, v: i64| {
                     let mut at = [5; 3];
                     (at[(axis + 1) % 3], at[(axis + 2) % 3]) = (row + u, v - 7);
-                    node(at)
+                    packed(at)
                 };
                 let (rising, falling) =
                     ([at(0, 0), at(1, 1), at(1, 0), at(0, 1)], [at(1, 0), at(0, 1), at(0, 0), at(1, 1)]);
@@ -164,7 +165,7 @@ mod tests {
                 assert!(is_square(rising) && is_square(falling));
             }
         }
-        let [a, b, c, d] = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 1]].map(node);
+        let [a, b, c, d] = [[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 1]].map(packed);
         assert!(!is_square([a, b, c, d]) && !is_square([a, c, b, d]), "no square, no diagonal");
         assert!(!is_off(a, c) && !is_off(a, a) && !is_off(c, d));
     }

@@ -16,8 +16,8 @@ pub(super) struct Fans {
 
 impl Fans {
     pub(super) fn of(stars: Stars) -> Self {
-        let (start, corners) = stars.into_parts();
-        Self { place: start.windows(2).map(|ends| (ends[0], (ends[1] - ends[0]) as u32)).collect(), corners }
+        let (place, corners) = stars.into_parts();
+        Self { place, corners }
     }
 
     #[inline(always)]
