@@ -215,7 +215,8 @@ impl<'a> Contour<'a> {
         }
     }
 
-    /// Bytes that are held until the surfaces are written: signs and counts.
+    /// Bytes that are held until the surfaces are written: signs, counts, and vertices of sparse surfaces that are made early, a quarter of
+    /// the samples' bytes for each surface at most. The latter only where the parameters have no limit.
     pub fn working_bytes(&self) -> u64 {
         match &self.source {
             Source::Volume(window) => window.held(),

@@ -32,7 +32,8 @@ pub(super) struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// Classifies all rows, counts those wanted. With `makes_fresh`, vertices of sparse surfaces are made at once.
+    /// Classifies all rows, counts those wanted. With `makes_fresh`, for which all rows must be wanted, vertices of
+    /// sparse surfaces are made at once.
     pub(super) fn new(
         grid: Box<dyn Rows + 'a>,
         rows: Range<usize>,
