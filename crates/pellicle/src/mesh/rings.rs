@@ -158,17 +158,17 @@ impl Patch {
     /// Vertices from `first` on and so many layers around them. `place` is [`NONE`] everywhere, and not so for members after.
     fn around(stars: &Stars, first: usize, depth: usize, place: &mut [u32]) -> Self {
         let own = first..stars.len().min(first + OWN);
+        let is_own = |v: u32| own.contains(&(v as usize));
         let mut members = Vec::with_capacity(2 * OWN);
-        members.extend(own.map(|v| v as u32));
+        members.extend(own.clone().map(|v| v as u32));
         let mut layers = vec![members.len()];
-        members.iter().for_each(|&v| place[v as usize] = 0);
         let mut start = 0;
         // Where numbers jump about the second layer is never wanted, and larger than memory.
         while layers.len() <= depth && (layers.len() == 1 || members.len() < 2 * OWN) {
             let end = members.len();
             for i in start..end {
                 for &[next, _] in stars.corners(members[i] as usize) {
-                    if place[next as usize] == NONE {
+                    if !is_own(next) && place[next as usize] == NONE {
                         place[next as usize] = 0;
                         members.push(next);
                     }
