@@ -60,6 +60,53 @@ fn several_isovalues_are_each_what_they_are_alone() {
 }
 
 /// Marches slab by slab, `at_once` slabs a push, `batch` slabs a piece.
+/// Two balls of one noise in an empty box: some rows have a dense surface, most have a sparse one or none.
+fn mostly_empty(dims: [usize; 3]) -> Vec<f64> {
+    let [x, y, z] = dims;
+    let mut samples = vec![-1.0; x * y * z];
+    for (n, to) in samples.iter_mut().enumerate() {
+        let at = [n % x, n / x % y, n / (x * y)].map(|v| v as f64);
+        let ball = |c: [f64; 3], r: f64| r - (0..3).map(|a| (at[a] - c[a]).powi(2)).sum::<f64>().sqrt();
+        let value = ball([20.3, 30.1, 15.2], 12.0).max(ball([90.0, 20.0, 30.0], 7.5));
+        let noise = (n.wrapping_mul(2_654_435_761) >> 7 & 1023) as f64 / 512.0 - 1.0;
+        *to = if value > -2.0 && at[0] > 80.0 { value + noise } else { value };
+    }
+    samples[x * y * 3 + 5 * x + 17] = f64::NAN;
+    samples
+}
+
+#[test]
+fn vertices_made_early_are_those_made_late() {
+    let dims = [120, 61, 47];
+    let samples = mostly_empty(dims);
+    let mask: Vec<bool> = (0..samples.len()).map(|n| n % 911 != 3).collect();
+    let plain = Volume::new(&samples, dims).expect("volume");
+    let isos = [0.0, 0.75, -3.0];
+    for (name, volume) in [
+        ("closed", plain.clone()),
+        ("open", plain.clone().with_border(Border::Open)),
+        ("masked", plain.clone().with_mask(&mask).expect("mask")),
+        ("mirrored", plain.with_directions([[0.0, -0.3, 0.0], [0.5, 0.0, 0.0], [0.0, 0.1, 1.0]]).expect("directions")),
+    ] {
+        let extract = |max_memory| {
+            let params = ContourParams { max_memory, ..params(Level::Classic, VertexNormals::Gradient) };
+            Contour::extract(&volume, &isos, &params, &Control::default()).expect(name)
+        };
+        // Nothing is kept early where memory has a limit.
+        let late = extract(Some(u64::MAX));
+        for threads in [1, 3] {
+            let early = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("pool");
+            let early = early.install(|| extract(None));
+            assert!(early.working_bytes() > late.working_bytes() + 12 * 500, "{name}: some are kept");
+            let vertices: usize = (0..isos.len()).map(|surface| early.vertices(surface)).sum();
+            assert!(early.working_bytes() < late.working_bytes() + 12 * vertices as u64, "{name}: some are not");
+            for surface in 0..isos.len() {
+                assert_eq!(early.mesh(surface), late.mesh(surface), "{name} {surface}, {threads} threads");
+            }
+        }
+    }
+}
+
 fn streamed(
     samples: &[i16],
     shape: &StreamShape,

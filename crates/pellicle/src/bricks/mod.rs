@@ -9,3 +9,4 @@ pub(crate) mod levels;
 pub(crate) mod lists;
 pub(crate) mod marks;
 pub(crate) mod store;
+mod unsure;

@@ -216,11 +216,9 @@ impl<const SETS: usize> Store<SETS> {
     ) {
         let first = self.slots;
         self.assign_slots(self.whole || !source.field.fills_eighths(), done);
-        // Who fills eighths comes back for more, a sixth of the bricks in all.
-        let more = if self.whole || !source.field.fills_eighths() { 0 } else { self.slots / 8 };
-        grow(&mut self.sets, self.slots, more, [0; SETS]);
+        grow(&mut self.sets, self.slots, [0; SETS]);
         if keep_values {
-            grow(&mut self.values, self.slots, more, [0.0; 64]);
+            grow(&mut self.values, self.slots, [0.0; 64]);
         }
         self.begin_partial(done, keep_values);
         let (octets, done, starts) = (&self.octets, &done[..], &self.queue_slots);
@@ -304,10 +302,10 @@ impl<const SETS: usize> Store<SETS> {
     }
 }
 
-/// Makes `v` at least `len` long, with an eighth and `more` to spare for what comes. A new allocation comes zeroed from the
+/// Makes `v` at least `len` long, with an eighth to spare for what comes. A new allocation comes zeroed from the
 /// system, untouched until it is used.
-pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, more: usize, zero: T) {
-    let room = len + len / 8 + more;
+pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
+    let room = len + len / 8;
     if v.is_empty() {
         *v = filled(zero, room);
     } else if v.len() < len {

@@ -63,6 +63,16 @@ pub(crate) fn nodes(eighths: u8) -> u64 {
     of_bricks(eighths)
 }
 
+/// The eighths of a brick, in its octet's set, whose node `node` of 8 is in a set of the brick's nodes.
+#[inline(always)]
+pub(crate) fn with_node(nodes: u64, node: usize, brick: usize) -> u64 {
+    // Every other bit along each axis: they are moved together along x, then y, then z.
+    let every_other = nodes >> spread(node) & 0x0000_0505_0000_0505;
+    let x = (every_other | every_other >> 1) & 0x0000_0303_0000_0303;
+    let xy = (x | x >> 4) & 0x0000_0033_0000_0033;
+    ((xy | xy >> 16) & 0x0033_0033) << (2 * spread(brick))
+}
+
 /// First node of an eighth of a brick, along each axis, from the octet's corner.
 #[inline(always)]
 pub(crate) fn origin(brick: usize, eighth: usize) -> [i32; 3] {
@@ -99,6 +109,13 @@ mod tests {
                 assert_eq!(bricks_with(1 << bit), 1 << brick);
             }
             assert_eq!(OF[brick].count_ones(), 8);
+            for node in 0..8 {
+                for eighth in 0..8 {
+                    let own = 1 << (2 * spread(eighth) + spread(node));
+                    assert_eq!(with_node(own, node, brick), bit(brick, eighth));
+                    assert_eq!(with_node(!own, node, brick), OF[brick] & !bit(brick, eighth));
+                }
+            }
         }
         assert_eq!(of_bricks(0xff), u64::MAX);
     }

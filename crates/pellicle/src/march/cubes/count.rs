@@ -115,8 +115,8 @@ impl Counted {
             *sum += octet.filled.count_ones();
             Some(*sum)
         }));
-        grow(&mut self.crossings, store.filled_bricks(), 0, Crossings::default());
-        grow(&mut self.triangles, n.next_multiple_of(GROUP), 0, 0);
+        grow(&mut self.crossings, store.filled_bricks(), Crossings::default());
+        grow(&mut self.triangles, n.next_multiple_of(GROUP), 0);
         let (first, groups) = (&self.first, n.div_ceil(GROUP));
         let start = |group: usize| first[(group * GROUP).min(n)] as usize;
         let data =

@@ -82,7 +82,7 @@ impl<T: Scalar> Kernel for Typed<'_, '_, '_, T> {
                     Cut::All => fill(&row, to, |_, n| if n == 64 { u64::MAX } else { (1 << n) - 1 }),
                     Cut::Above(above) if row.stride == 1 => {
                         let samples = &row.samples[row.first..row.first + row.len];
-                        fill(&row, to, |from, n| packed(s, &samples[from..from + n], above));
+                        fill(&row, to, |from, _| packed(s, samples, from, above));
                     }
                     Cut::Above(above) => fill(&row, to, |from, n| strided(s, &row, from, n, above)),
                 }
@@ -113,20 +113,29 @@ fn fill<T: Scalar>(row: &Row<'_, T>, to: &mut [u64], signs: impl Fn(usize, usize
     }
 }
 
-/// Signs of at most 64 samples side by side.
+/// Signs of the samples of a row from one on, 64 at most.
 #[inline(always)]
-fn packed<S: Simd, T: Scalar>(s: S, samples: &[T], above: T) -> u64 {
-    let mut word = 0;
-    if let Ok(samples) = <&[T; 64]>::try_from(samples) {
-        for (group, sixteen) in samples.as_chunks::<LANES>().0.iter().enumerate() {
-            word |= u64::from(T::greater(s, sixteen, above)) << (LANES * group);
-        }
-        return word;
+fn packed<S: Simd, T: Scalar>(s: S, row: &[T], from: usize, above: T) -> u64 {
+    if let Some(samples) = row[from..].first_chunk() {
+        return whole(s, samples, above);
     }
-    for (group, some) in samples.chunks(LANES).enumerate() {
-        let mut sixteen = [T::ZERO; LANES];
-        sixteen[..some.len()].copy_from_slice(some);
-        word |= (u64::from(T::greater(s, &sixteen, above)) & ((1 << some.len()) - 1)) << (LANES * group);
+    if let Some(samples) = row.last_chunk() {
+        // The last 64, without those that came before.
+        return whole(s, samples, above) >> (from + 64 - row.len());
+    }
+    let mut word = 0;
+    for (x, sample) in row.iter().enumerate() {
+        word |= u64::from(*sample > above) << x;
+    }
+    word
+}
+
+/// Signs of 64 samples.
+#[inline(always)]
+fn whole<S: Simd, T: Scalar>(s: S, samples: &[T; 64], above: T) -> u64 {
+    let mut word = 0;
+    for (group, sixteen) in samples.as_chunks::<LANES>().0.iter().enumerate() {
+        word |= u64::from(T::greater(s, sixteen, above)) << (LANES * group);
     }
     word
 }
@@ -138,5 +147,5 @@ fn strided<S: Simd, T: Scalar>(s: S, row: &Row<'_, T>, from: usize, n: usize, ab
     for (x, sample) in (from..from + n).zip(&mut samples) {
         *sample = row.samples[row.element(x)];
     }
-    packed(s, &samples[..n], above)
+    whole(s, &samples, above) & (u64::MAX >> (64 - n))
 }

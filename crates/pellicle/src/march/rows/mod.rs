@@ -229,21 +229,64 @@ impl<T: Scalar> Row<'_, T> {
     /// Value of lattice node `i` minus the isovalue: [`ABSENT`] where it is absent, and never further from 0 than that.
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> f64 {
-        let x = i.wrapping_sub(self.pad);
-        if x >= self.len {
-            return ABSENT;
+        relative(self.value(i), self.iso)
+    }
+
+    /// The same row, if its samples lie side by side and all are present.
+    #[inline(always)]
+    pub(crate) fn packed(&self) -> Option<Packed<'_, T>> {
+        if self.len == 0 {
+            return Some(Packed { samples: &[], pad: self.pad });
         }
-        let element = self.element(x);
-        if self.mask.is_some_and(|present| !present[element]) {
-            return ABSENT;
+        if self.stride != 1 || self.mask.is_some() {
+            return None;
         }
-        let relative = self.samples[element].to_f64() - self.iso;
-        if relative.is_nan() { ABSENT } else { relative.clamp(ABSENT, -ABSENT) }
+        Some(Packed { samples: &self.samples[self.first..self.first + self.len], pad: self.pad })
     }
 }
 
+/// Samples of a row, side by side.
+#[derive(Clone, Copy)]
+pub(crate) struct Packed<'a, T> {
+    samples: &'a [T],
+    pad: usize,
+}
+
+/// Values at the nodes of a row.
+pub(crate) trait Values {
+    /// Value of lattice node `i`; NaN where it is absent.
+    fn value(&self, i: usize) -> f64;
+}
+
+impl<T: Scalar> Values for Row<'_, T> {
+    #[inline(always)]
+    fn value(&self, i: usize) -> f64 {
+        match self.present(i) {
+            Some(sample) => sample.to_f64(),
+            None => f64::NAN,
+        }
+    }
+}
+
+impl<T: Scalar> Values for Packed<'_, T> {
+    #[inline(always)]
+    fn value(&self, i: usize) -> f64 {
+        match self.samples.get(i.wrapping_sub(self.pad)) {
+            Some(sample) => sample.to_f64(),
+            None => f64::NAN,
+        }
+    }
+}
+
+/// A value minus the isovalue: [`ABSENT`] for NaN, and never further from 0 than that.
+#[inline(always)]
+pub(crate) fn relative(value: f64, iso: f64) -> f64 {
+    let relative = value - iso;
+    if relative.is_nan() { ABSENT } else { relative.clamp(ABSENT, -ABSENT) }
+}
+
 /// What the stages ask of a grid whose type of samples they do not know.
-pub(crate) trait Rows: Sync {
+pub(crate) trait Rows: Send + Sync {
     fn shape(&self) -> &Shape;
 
     /// Relative values of the eight corners of the cell whose lowest node is given.
@@ -266,6 +309,11 @@ pub(crate) trait Rows: Sync {
     /// See [`vertices::Vertices`].
     fn vertices(&self, task: vertices::Vertices<'_>);
 
+    /// See [`vertices::Fresh`]; no vertices where the surface is dense, or where they cannot be had.
+    fn fresh(&self, _task: vertices::Fresh<'_>) -> Vec<[f32; 3]> {
+        Vec::new()
+    }
+
     /// See [`normals::Normals`].
     fn normals(&self, task: normals::Normals<'_>);
 }
@@ -287,6 +335,10 @@ impl<T: Scalar> Rows for Grid<'_, T> {
 
     fn vertices(&self, task: vertices::Vertices<'_>) {
         task.unit.run(vertices::Typed { grid: self, task });
+    }
+
+    fn fresh(&self, task: vertices::Fresh<'_>) -> Vec<[f32; 3]> {
+        task.unit.run(vertices::TypedFresh { grid: self, task })
     }
 
     fn normals(&self, task: normals::Normals<'_>) {

@@ -158,7 +158,9 @@ impl<'a> Contour<'a> {
         check_memory(params.max_memory, "the signs of a volume's samples", needed)?;
         control.begin(Stage::Active)?;
         let rows = 0..grid.shape().rows();
-        let window = Window::new(grid, rows, unit, isos, control)?;
+        // What is kept early costs memory that nobody has to give.
+        let makes_fresh = params.max_memory.is_none() && params.level == Level::Classic;
+        let window = Window::new(grid, rows, unit, isos, makes_fresh, control)?;
         Ok(Self { source: Source::Volume(window), origin: volume.origin(), normals: params.normals })
     }
 

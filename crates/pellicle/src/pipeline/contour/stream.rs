@@ -211,7 +211,7 @@ impl<T: StreamSample> ContourStream<T> {
         let begin = self.before + self.whole.pad[2] - grid.shape.pad[2];
         let ny = grid.shape.nodes[1];
         let rows = (self.next - begin) * ny..(end - begin) * ny;
-        let window = Window::new(Box::new(grid), rows, self.unit, vec![self.iso], &Control::default())?;
+        let window = Window::new(Box::new(grid), rows, self.unit, vec![self.iso], false, &Control::default())?;
         let per_vertex = if self.normals == VertexNormals::Off { 12 } else { 24 };
         let piece = per_vertex * window.vertices(0) as u64 + 12 * window.triangles(0) as u64;
         let needed = size_of_val(&self.samples[..]) as u64 + window.held() + piece;

@@ -13,7 +13,7 @@ use crate::{
         normals::Normals,
         soup::Soup,
         triangles::Triangles,
-        vertices::Vertices,
+        vertices::{Fresh, Vertices},
     },
     math::{ranges::for_each_part, simd::Unit},
 };
@@ -27,24 +27,32 @@ pub(super) struct Window<'a> {
     isos: Vec<Iso>,
     signs: Signs,
     counted: Vec<Counted>,
+    /// For each group and surface, vertices that are made already; none where they are not.
+    fresh: Vec<Vec<[f32; 3]>>,
 }
 
 impl<'a> Window<'a> {
-    /// Classifies all rows, counts those wanted.
+    /// Classifies all rows, counts those wanted. With `makes_fresh`, vertices of sparse surfaces are made at once.
     pub(super) fn new(
         grid: Box<dyn Rows + 'a>,
         rows: Range<usize>,
         unit: Unit,
         isos: Vec<Iso>,
+        makes_fresh: bool,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
-        let mut signs = Signs::new(grid.shape(), isos.len());
-        classify(&*grid, unit, &isos, 0..grid.shape().rows(), &mut signs, control);
+        let (mut signs, mut fresh) = (Signs::new(grid.shape(), isos.len()), Vec::new());
+        let all = 0..grid.shape().rows();
+        if makes_fresh {
+            fresh = classify_fresh(&*grid, unit, &isos, all, &mut signs, control);
+        } else {
+            classify(&*grid, unit, &isos, all, &mut signs, control);
+        }
         control.begin(Stage::Count)?;
         let count = |&iso: &Iso| Counted::new(unit, &*grid, &signs, iso, rows.start, 0);
         let counted = isos.iter().map(count).collect::<Result<_, _>>()?;
         control.check()?;
-        Ok(Self { grid, rows, unit, isos, signs, counted })
+        Ok(Self { grid, rows, unit, isos, signs, counted, fresh })
     }
 
     /// One surface whose rows were classified before; its vertices are numbered from `first_vertex` on.
@@ -58,7 +66,7 @@ impl<'a> Window<'a> {
     ) -> Result<Self, Error> {
         let iso = Iso { number: 0, ..iso };
         let counted = vec![Counted::new(unit, &*grid, &signs, iso, rows.start, first_vertex)?];
-        Ok(Self { grid, rows, unit, isos: vec![iso], signs, counted })
+        Ok(Self { grid, rows, unit, isos: vec![iso], signs, counted, fresh: Vec::new() })
     }
 
     /// Bytes of the signs and places of a lattice for so many isovalues.
@@ -67,9 +75,10 @@ impl<'a> Window<'a> {
         (signs + Counted::bytes(shape.rows())) * isos as u64
     }
 
-    /// Bytes of its signs and places.
+    /// Bytes of its signs and places, and of the vertices that are made already.
     pub(super) fn held(&self) -> u64 {
-        Self::bytes(self.grid.shape(), self.isos.len())
+        let fresh = self.fresh.iter().map(|made| size_of_val(made) + size_of_val(&made[..])).sum::<usize>();
+        Self::bytes(self.grid.shape(), self.isos.len()) + fresh as u64
     }
 
     pub(super) fn surfaces(&self) -> usize {
@@ -100,12 +109,12 @@ impl<'a> Window<'a> {
     }
 
     /// Calls `work` in parallel with every group of rows that has vertices, and their part of `to`.
-    fn for_vertices(&self, surface: usize, to: &mut [[f32; 3]], work: impl Fn(Range<usize>, &mut [[f32; 3]]) + Sync) {
+    fn for_vertices(&self, surface: usize, to: &mut [[f32; 3]], work: impl Fn(usize, &mut [[f32; 3]]) + Sync) {
         let counted = &self.counted[surface];
         let start = |group: usize| counted.place(self.group_start(group)).vertices[0] as usize;
         for_each_part(0..self.groups(), to, &start, &|group, to: &mut [[f32; 3]]| {
             if !to.is_empty() {
-                work(self.group(group), to);
+                work(group, to);
             }
         });
     }
@@ -113,12 +122,17 @@ impl<'a> Window<'a> {
     pub(super) fn emit_vertices(&self, surface: usize, to: &mut [[f32; 3]]) {
         let (unit, signs, counted) = (self.unit, &self.signs, &self.counted[surface]);
         let iso = self.isos[surface];
-        self.for_vertices(surface, to, |rows, to| self.grid.vertices(Vertices { unit, signs, counted, iso, rows, to }));
+        self.for_vertices(surface, to, |group, to| match self.fresh.get(group * self.isos.len() + surface) {
+            Some(made) if !made.is_empty() => to.copy_from_slice(made),
+            _ => self.grid.vertices(Vertices { unit, signs, counted, iso, rows: self.group(group), to }),
+        });
     }
 
     pub(super) fn emit_normals(&self, surface: usize, to: &mut [[f32; 3]]) {
         let (signs, iso) = (&self.signs, self.isos[surface]);
-        self.for_vertices(surface, to, |rows, to| self.grid.normals(Normals { signs, iso, rows, to }));
+        self.for_vertices(surface, to, |group, to| {
+            self.grid.normals(Normals { signs, iso, rows: self.group(group), to });
+        });
     }
 
     /// Calls `work` in parallel with every group of rows that has triangles, and their part of `to`; `each` elements a
@@ -156,6 +170,51 @@ impl<'a> Window<'a> {
         }
     }
 }
+
+/// Finds the signs of all rows, and the vertices of sparse surfaces. Cut short when cancelled, which the caller must check.
+fn classify_fresh(
+    grid: &dyn Rows,
+    unit: Unit,
+    isos: &[Iso],
+    all: Range<usize>,
+    signs: &mut Signs,
+    control: &Control<'_>,
+) -> Vec<Vec<[f32; 3]>> {
+    let (ny, words) = (grid.shape().nodes[1], signs.words_per_row());
+    if words == 0 {
+        return Vec::new();
+    }
+    let values: Vec<f64> = isos.iter().map(|iso| iso.value).collect();
+    let groups = all.len().div_ceil(GROUP);
+    // Of each task the last plane has no fresh vertices: those beyond it are another task's.
+    let task = (groups / (TASKS * rayon::current_num_threads())).max(1);
+    let mut fresh = vec![Vec::new(); groups * isos.len()];
+    let tasks = signs.bits_mut().par_chunks_mut(task * GROUP * words).zip(fresh.par_chunks_mut(task * isos.len()));
+    tasks.enumerate().for_each(|(number, (bits, fresh))| {
+        let first = number * task * GROUP;
+        let end = first + bits.len() / words;
+        let mut made = fresh.chunks_exact_mut(isos.len()).zip((first..).step_by(GROUP)).peekable();
+        for start in (first..end).step_by(GROUP) {
+            if control.check().is_err() {
+                return;
+            }
+            let rows = start..end.min(start + GROUP);
+            let to = &mut bits[(start - first) * words..(rows.end - first) * words];
+            grid.classify(Classify { unit, isos: &values, rows: rows.clone(), to });
+            let has_signs = |start: usize| start + GROUP + ny <= rows.end;
+            while let Some((to, start)) = made.next_if(|(_, start)| has_signs(*start)) {
+                for (&iso, to) in isos.iter().zip(to) {
+                    let rows = start..start + GROUP;
+                    *to = grid.fresh(Fresh { unit, bits, first, isos: isos.len(), iso, rows });
+                }
+            }
+        }
+    });
+    fresh
+}
+
+/// Tasks for each thread.
+const TASKS: usize = 4;
 
 /// Finds the signs of some rows; cut short when cancelled, which the caller must check.
 pub(super) fn classify(
