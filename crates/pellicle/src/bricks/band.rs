@@ -130,7 +130,7 @@ impl Band {
                     &mut self.done,
                 );
                 source.control.check()?;
-                budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
+                budget.taken += self.coarse_bytes(interpolates);
                 self.want_unsure(multiple, interpolates.then_some(bounds.inside_above), budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
@@ -153,7 +153,7 @@ impl Band {
         mut budget: Budget,
     ) -> Result<(), Error> {
         let multiple = multiple(step, source.field.bounds().map_or(0.5, |bounds| bounds.apart));
-        budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
+        budget.taken += self.coarse_bytes(source.field.proves());
         let (coarse, mut cursor) = (&self.coarse, Cursor::default());
         for &brick in bricks {
             let at = brick.map(|b| b >> 1);
@@ -161,6 +161,12 @@ impl Band {
             self.fine.want(at, own, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
         self.fill_waiting(source, step, multiple, budget)
+    }
+
+    /// Bytes of the coarse lattice; where values between samples are interpolated they were kept.
+    fn coarse_bytes(&self, interpolates: bool) -> u64 {
+        let values = if interpolates { self.coarse.len() * size_of::<Values>() } else { 0 };
+        Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len()) + values as u64
     }
 
     /// Fills what is wanted and closes it, until nothing is.

@@ -17,8 +17,6 @@
 //!
 //! Source: this project; trapezoids of space and time are Frigo & Strumpen, Cache Oblivious Stencil Computations, 2005.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use super::stars::Stars;
@@ -126,41 +124,51 @@ impl Values {
 impl Rings {
     /// The neighbors that follow a vertex in its triangles: all of them, unless it is at a border.
     pub(crate) fn of(stars: &Stars) -> Self {
+        // Some patches tell how many steps pay; if others are worse, none do.
+        let some = Self::deep(stars, DEEPEST, 16);
+        let depth = (2..=DEEPEST).rev().find(|&depth| some.pays(depth)).unwrap_or(1);
+        let rings = Self::deep(stars, depth, 1);
+        if depth == 1 || rings.pays(depth) { rings } else { Self::deep(stars, 1, 1) }
+    }
+
+    /// For so many steps at once, of every so many patches.
+    fn deep(stars: &Stars, depth: usize, every: usize) -> Self {
         let n = stars.len();
-        let mut patches: Vec<Patch> = (0..n.div_ceil(OWN))
-            .into_par_iter()
-            .map_init(|| filled(NONE, n), |place, p| Patch::around(stars, p * OWN..n.min((p + 1) * OWN), place))
-            .collect();
-        let depth = depth(&patches, n);
-        patches.par_iter_mut().for_each_init(|| filled(NONE, n), |place, patch| patch.link(stars, depth, place));
+        let patch = |place: &mut Vec<u32>, p: usize| {
+            let mut patch = Patch::around(stars, p * every * OWN, depth, place);
+            patch.link(stars, depth, place);
+            patch.members.iter().for_each(|&v| place[v as usize] = NONE);
+            patch
+        };
+        let patches = (0..n.div_ceil(every * OWN)).into_par_iter().map_init(|| filled(NONE, n), patch).collect();
         Self { patches, depth }
+    }
+
+    /// Whether not too much is computed twice with so many steps at once.
+    fn pays(&self, depth: usize) -> bool {
+        // The first of so many steps is taken up to the layer before the outermost, the last by own vertices alone.
+        let computed: usize = self.patches.iter().map(|patch| patch.layers.iter().take(depth).sum::<usize>()).sum();
+        let own: usize = self.patches.iter().map(|patch| patch.layers[0]).sum();
+        let is_deep = self.patches.iter().all(|patch| patch.layers.len() > depth);
+        is_deep && computed as f64 <= (1.0 + TWICE) * (depth * own) as f64
     }
 }
 
-/// The most steps at once for which not too much is computed twice.
-fn depth(patches: &[Patch], vertices: usize) -> usize {
-    let deepest = patches.iter().map(|patch| patch.layers.len() - 1).min().unwrap_or(1);
-    let pays = |depth: &usize| {
-        // The first of so many steps is taken up to the layer before the outermost, the last by own vertices alone.
-        let computed: usize = patches.iter().map(|patch| patch.layers[..*depth].iter().sum::<usize>()).sum();
-        computed as f64 <= (1.0 + TWICE) * (depth * vertices) as f64
-    };
-    (2..=deepest).rev().find(pays).unwrap_or(1)
-}
-
 impl Patch {
-    /// Vertices and the layers around them. `place` is [`NONE`] everywhere, before and after.
-    fn around(stars: &Stars, own: Range<usize>, place: &mut [u32]) -> Self {
-        let mut members: Vec<u32> = own.map(|v| v as u32).collect();
+    /// Vertices from `first` on and so many layers around them. `place` is [`NONE`] everywhere, and not so for members after.
+    fn around(stars: &Stars, first: usize, depth: usize, place: &mut [u32]) -> Self {
+        let own = first..stars.len().min(first + OWN);
+        let is_own = |v: u32| own.contains(&(v as usize));
+        let mut members = Vec::with_capacity(2 * OWN);
+        members.extend(own.clone().map(|v| v as u32));
         let mut layers = vec![members.len()];
-        members.iter().for_each(|&v| place[v as usize] = 0);
-        let mut first = 0;
+        let mut start = 0;
         // Where numbers jump about the second layer is never wanted, and larger than memory.
-        while layers.len() <= DEEPEST && (layers.len() == 1 || members.len() < 2 * OWN) {
+        while layers.len() <= depth && (layers.len() == 1 || members.len() < 2 * OWN) {
             let end = members.len();
-            for i in first..end {
+            for i in start..end {
                 for &[next, _] in stars.corners(members[i] as usize) {
-                    if place[next as usize] == NONE {
+                    if !is_own(next) && place[next as usize] == NONE {
                         place[next as usize] = 0;
                         members.push(next);
                     }
@@ -168,29 +176,30 @@ impl Patch {
             }
             members[end..].sort_unstable();
             layers.push(members.len());
-            first = end;
+            start = end;
         }
-        members.iter().for_each(|&v| place[v as usize] = NONE);
         Self { members, layers, ..Self::default() }
     }
 
-    /// Sorts the members and links them to their neighbors, for so many steps at once.
+    /// Sorts the members and links them to their neighbors, unless layers are missing.
     fn link(&mut self, stars: &Stars, depth: usize, place: &mut [u32]) {
-        self.layers.truncate(depth + 1);
-        self.members.truncate(self.layers[depth]);
+        let Self { members, layers, runs, run_ends, near } = self;
         let mut start = 0;
-        for layer in 0..depth {
-            let members = &mut self.members[start..self.layers[layer]];
-            let block = if layer == 0 { BLOCK } else { members.len().max(1) };
-            members.chunks_mut(block).for_each(|block| sort(stars, block, &mut self.runs));
-            self.run_ends.push(self.runs.len());
-            start = self.layers[layer];
+        for &end in layers.iter().take(depth) {
+            let block = if start == 0 { BLOCK } else { OWN };
+            members[start..end].chunks_mut(block).for_each(|block| sort(stars, block, runs));
+            run_ends.push(runs.len());
+            start = end;
         }
-        self.members.iter().zip(0..).for_each(|(&v, i)| place[v as usize] = i);
-        for &v in &self.members[..self.layers[depth - 1]] {
-            self.near.extend(stars.corners(v as usize).iter().map(|corner| place[corner[0] as usize]));
+        if layers.len() <= depth {
+            return;
         }
-        self.members.iter().for_each(|&v| place[v as usize] = NONE);
+        members.iter().zip(0..).for_each(|(&v, i)| place[v as usize] = i);
+        let linked = &members[..start];
+        near.reserve_exact(linked.iter().map(|&v| stars.valence(v) as usize).sum());
+        for &v in linked {
+            near.extend(stars.corners(v as usize).iter().map(|corner| place[corner[0] as usize]));
+        }
     }
 }
 
@@ -204,7 +213,8 @@ fn sort(stars: &Stars, vertices: &mut [u32], runs: &mut Vec<[u32; 2]>) {
         start[n] += start[n - 1];
     }
     let many = start[MANY] as usize;
-    for v in vertices.to_vec() {
+    let before = vertices.to_vec();
+    for v in before {
         let next = &mut start[class(v)];
         vertices[*next as usize] = v;
         *next += 1;

@@ -128,8 +128,14 @@ pub(super) fn even_valences(mesh: &mut Mesh, stars: &mut Stars, closed: &[bool])
     for Rated { flip, .. } in found {
         if flip.four().iter().all(|&v| part[v as usize] == 0) {
             chosen.push(flip);
-            stars.turn(flip.four());
             flip.four().iter().for_each(|&v| part[v as usize] = chosen.len() as u32);
+        }
+    }
+    // In the order of the vertices, as they lie in memory.
+    for (v, number) in part.iter().enumerate().filter(|(_, number)| **number != 0) {
+        let flip = chosen[*number as usize - 1];
+        if flip.ends[0] as usize == v {
+            stars.turn(flip.four());
         }
     }
     let turn = |triangle: &mut [u32; 3]| {

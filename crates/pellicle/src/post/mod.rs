@@ -32,9 +32,13 @@ use crate::{Error, Mesh};
 /// Checks what every verb relies on: indices name vertices, normals and attributes match them.
 pub(crate) fn check(mesh: &Mesh) -> Result<(), Error> {
     let n = mesh.vertices.len();
-    let needed = mesh.triangles.as_flattened().iter().fold(0, |most, &v| most.max(u64::from(v) + 1));
-    if needed > n as u64 {
-        return Err(Error::Count { what: "vertices named by triangles", needed, available: n as u64 });
+    let most = mesh.triangles.as_flattened().iter().fold(0, |most, &v| most.max(v));
+    if most as usize >= n && !mesh.triangles.is_empty() {
+        return Err(Error::Count {
+            what: "vertices named by triangles",
+            needed: u64::from(most) + 1,
+            available: n as u64,
+        });
     }
     if !mesh.normals.is_empty() && mesh.normals.len() != n {
         return Err(Error::Length { what: "normals".into(), found: mesh.normals.len(), expected: n });

@@ -40,11 +40,12 @@ pub(super) fn with_stars(
     let vertices = &mesh.vertices;
     let of_vertex = |v: usize| {
         let here = vertices[v];
-        let sum = stars.corners(v).iter().fold([0.0; 3], |sum, corner| {
-            let [p, q] = corner.map(|n| std::array::from_fn(|a| vertices[n as usize][a] - here[a]));
-            let normal = cross(p, q);
-            std::array::from_fn(|a| sum[a] + normal[a])
-        });
+        let mut sum = [0.0; 3];
+        for corner in stars.corners(v) {
+            let [p, q] = corner.map(|n| vertices[n as usize]);
+            let normal = cross(subtract(p, here), subtract(q, here));
+            (0..3).for_each(|a| sum[a] += normal[a]);
+        }
         let [x, y, z] = unit(sum);
         [x, y, z, 0.0]
     };
@@ -67,6 +68,10 @@ impl Step for Mean {
         let length = (x_sq + y_sq + z_sq).sqrt();
         sum * Quad::splat(if length > 0.0 { 1.0 / length } else { 0.0 })
     }
+}
+
+fn subtract(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::{
     flip::Flip,
     links::Links,
-    node::{coordinate, direction, step},
+    node::{DIRECTIONS, coordinate, direction, step_of},
 };
 
 /// Triangles looked at by one task.
@@ -69,38 +69,69 @@ impl Squares<'_> {
         let flip = Flip::between(first, second)?;
         let four = flip.four();
         let at = four.map(|v| self.nodes[v as usize]);
-        // Of a square, the middles of the diagonals are one.
-        let is_off = at[0].wrapping_add(at[1]) == at[2].wrapping_add(at[3])
-            && (is_off(at[0], at[1]) || is_off(at[1], at[0]))
-            && is_square(at)
+        let turns = is_square(at)
+            && is_off(at[0], at[1])
             && four.iter().all(|&v| links.is_sure(v))
             && flip.is_flat(self.vertices);
-        is_off.then_some(flip)
+        turns.then_some(flip)
     }
 }
 
-/// The axis that a step along the diagonal of a unit square is square to; `None` for other steps.
-#[inline(always)]
-fn plane_of(step: [i32; 3]) -> Option<usize> {
-    let is_unit = step.iter().all(|s| s.abs() <= 1) && step.iter().filter(|s| **s != 0).count() == 2;
-    is_unit.then(|| step.iter().position(|s| *s == 0)).flatten()
+/// A step along the diagonal of a unit square.
+#[derive(Clone, Copy)]
+struct Diagonal {
+    /// The axis along which rows follow each other.
+    axis: usize,
+    /// Whether the step goes up that axis, and whether the diagonal then rises along the other.
+    goes_up: bool,
+    rises: bool,
 }
 
-/// Whether a step goes up the diagonal of a unit square that its row should not have. A row has the coordinate of its lower
-/// side, and its diagonals rise where that is even.
+/// What each [direction] is.
+const DIAGONALS: [Option<Diagonal>; DIRECTIONS as usize] = {
+    let mut table = [None; DIRECTIONS as usize];
+    let mut number = 0;
+    while number < table.len() {
+        let step = step_of(number as u32);
+        let mut square_to = 0;
+        while square_to < 3 {
+            let (u, v) = (step[(square_to + 1) % 3], step[(square_to + 2) % 3]);
+            if step[square_to] == 0 && u != 0 && v != 0 {
+                table[number] = Some(Diagonal { axis: (square_to + 1) % 3, goes_up: u > 0, rises: u == v });
+            }
+            square_to += 1;
+        }
+        number += 1;
+    }
+    table
+};
+
+/// Bit set for each [direction] along an axis.
+const SIDES: u32 = {
+    let (mut sides, mut number) = (0, 0);
+    while number < DIRECTIONS {
+        let [x, y, z] = step_of(number);
+        sides |= if x * x + y * y + z * z == 1 { 1 << number } else { 0 };
+        number += 1;
+    }
+    sides
+};
+
+/// Whether two nodes are the ends of a diagonal of a unit square that its row should not have. A row has the coordinate of its
+/// lower side, and its diagonals rise where that is even.
 #[inline(always)]
 fn is_off(from: u64, to: u64) -> bool {
-    let diagonal = step(from, to);
-    let Some(axis) = plane_of(diagonal) else { return false };
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    diagonal[u] > 0 && (diagonal[v] > 0) != (coordinate(from, u) & 1 == 0)
+    let Some(diagonal) = direction(from, to).and_then(|number| DIAGONALS[number as usize]) else { return false };
+    let lower = if diagonal.goes_up { from } else { to };
+    diagonal.rises != (coordinate(lower, diagonal.axis) & 1 == 0)
 }
 
 /// Whether nodes are the corners of a unit square, of which the first two are the ends of a diagonal.
+#[inline(always)]
 fn is_square([a, b, c, d]: [u64; 4]) -> bool {
-    let (diagonal, sides) = (step(a, b), [step(a, c), step(a, d)]);
-    let is_side = |side: [i32; 3]| side.iter().filter(|s| **s != 0).count() == 1;
-    is_side(sides[0]) && is_side(sides[1]) && (0..3).all(|i| sides[0][i] + sides[1][i] == diagonal[i])
+    // The middles of the diagonals are one.
+    let is_side = |to: u64| direction(a, to).is_some_and(|number| SIDES >> number & 1 != 0);
+    a.wrapping_add(b) == c.wrapping_add(d) && a != b && c != d && is_side(c) && is_side(d)
 }
 
 #[cfg(test)]
@@ -160,8 +191,10 @@ mod tests {
                 };
                 let (rising, falling) =
                     ([at(0, 0), at(1, 1), at(1, 0), at(0, 1)], [at(1, 0), at(0, 1), at(0, 0), at(1, 1)]);
-                assert_eq!([rising, falling].map(|n| is_off(n[0], n[1])), [row % 2 != 0, false], "{axis} {row}");
-                assert_eq!(is_off(falling[1], falling[0]), row % 2 == 0, "{axis} {row}");
+                for swapped in [false, true] {
+                    let is_off = |n: [u64; 4]| if swapped { is_off(n[1], n[0]) } else { is_off(n[0], n[1]) };
+                    assert_eq!([rising, falling].map(is_off), [row % 2 != 0, row % 2 == 0], "{axis} {row}");
+                }
                 assert!(is_square(rising) && is_square(falling));
             }
         }
