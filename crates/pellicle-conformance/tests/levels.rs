@@ -108,7 +108,6 @@ fn monster() {
 }
 
 #[test]
-#[ignore = "slow: every frame of every show"]
 fn every_frame_of_every_show() {
     for (show, spacing) in [(Show::Fountain, 1.0), (Show::Blob, 0.5), (Show::Explosion, 0.75), (Show::Monster, 0.5)] {
         play(show, spacing, 1);
