@@ -83,9 +83,9 @@ fn vertices_made_early_are_those_made_late() {
     let plain = Volume::new(&samples, dims).expect("volume");
     let isos = [0.0, 0.75, -3.0];
     for (name, volume) in [
-        ("closed", plain.clone()),
-        ("open", plain.clone().with_border(Border::Open)),
-        ("masked", plain.clone().with_mask(&mask).expect("mask")),
+        ("closed", plain),
+        ("open", plain.with_border(Border::Open)),
+        ("masked", plain.with_mask(&mask).expect("mask")),
         ("mirrored", plain.with_directions([[0.0, -0.3, 0.0], [0.5, 0.0, 0.0], [0.0, 0.1, 1.0]]).expect("directions")),
     ] {
         let extract = |max_memory| {
