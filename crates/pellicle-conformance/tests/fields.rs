@@ -128,6 +128,19 @@ fn real_frames_lose_nothing_with_any_field() {
     }
 }
 
+/// Here to interpolate between samples, and to take for inside what is so by that, lost cavities.
+#[test]
+fn frames_with_the_smallest_cavities_lose_nothing() {
+    for (file, name, cell_size) in [
+        ("cbd_t1.75.vtk", "solenthaler", 2.0),
+        ("cbd_t1.75.vtk", "solenthaler", 1.0),
+        ("cbd_t1.10.xyz", "zhu-bridson", 0.5),
+    ] {
+        let Some(path) = particle_file(file) else { return };
+        frame(&path, 0.025, name, cell_size);
+    }
+}
+
 /// Half an hour: only when asked for.
 #[test]
 #[ignore = "half an hour: cargo xtask test --all"]

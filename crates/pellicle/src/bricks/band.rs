@@ -4,9 +4,8 @@
 //!
 //! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, as far apart as the field
 //!    allows. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
-//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Some fields
-//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)); theirs are inside where values
-//!    interpolated between the samples are clearly so, octant by octant of a coarse cell.
+//!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Of those some fields
+//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)).
 //! 2. **Fill** what is wanted.
 //! 3. **Close** ([`close`](super::close)): an eighth of a brick without values stands for eight equal signs. Where a node of a filled
 //!    one disagrees with another that it touches (through a face, an edge or a corner), that is wanted, too. Repeat until none is.
@@ -25,20 +24,18 @@ use rayon::prelude::*;
 use super::{
     close::find_disagreeing,
     marks::{Marks, Nodes},
-    store::{Source, Store},
-    unsure::{for_each_unsure, push_eighths},
+    store::{Octet, Source, Store},
 };
 use crate::{
     Error, Stage,
     fill::{Values, eighths, simd::Sampling},
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
     lookup::{cells::Cells, directory::Cursor, gather::REACH},
-    math::bits::node_bit,
+    math::bits::{corner_sets, node_bit, ones},
 };
 
-/// Sets of a coarse brick: nodes that may be inside, that are, and that clearly are, or, where values between samples are interpolated,
-/// that may be used for it.
-pub(super) const COARSE_SETS: usize = 3;
+/// Sets of a coarse brick: nodes that may be inside, that are, and that clearly are.
+const COARSE_SETS: usize = 3;
 
 /// Both lattices, and what is reused from frame to frame.
 #[derive(Default)]
@@ -114,24 +111,15 @@ impl Band {
             (Look::Band, Some(bounds)) if multiple > 1 => {
                 let coarse_step = step * f64::from(multiple);
                 want_reached(&mut self.coarse, source.cells, coarse_step, budget)?;
-                let interpolates = source.field.proves();
-                let last = if interpolates { f32::NEG_INFINITY } else { bounds.inside_above };
-                let thresholds = [bounds.outside_below, source.field.iso(), last];
+                let thresholds = [bounds.outside_below, source.field.iso(), bounds.inside_above];
                 // Within reach of a brick: its box widened by one support radius, with round edges and corners.
                 let width = 3.0 * coarse_step;
                 let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
-                self.coarse.fill(
-                    sampler,
-                    coarse_step,
-                    &thresholds,
-                    Some(Sampling { crowd }),
-                    interpolates,
-                    &mut self.done,
-                );
+                self.coarse.fill(sampler, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
                 source.control.check()?;
-                budget.taken += self.coarse_bytes(interpolates);
-                self.want_unsure(multiple, interpolates.then_some(bounds.inside_above), budget)?;
+                budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
+                self.want_unsure(multiple, budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
@@ -153,7 +141,7 @@ impl Band {
         mut budget: Budget,
     ) -> Result<(), Error> {
         let multiple = multiple(step, source.field.bounds().map_or(0.5, |bounds| bounds.apart));
-        budget.taken += self.coarse_bytes(source.field.proves());
+        budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
         let (coarse, mut cursor) = (&self.coarse, Cursor::default());
         for &brick in bricks {
             let at = brick.map(|b| b >> 1);
@@ -161,12 +149,6 @@ impl Band {
             self.fine.want(at, own, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
         self.fill_waiting(source, step, multiple, budget)
-    }
-
-    /// Bytes of the coarse lattice; where values between samples are interpolated they were kept.
-    fn coarse_bytes(&self, interpolates: bool) -> u64 {
-        let values = if interpolates { self.coarse.len() * size_of::<Values>() } else { 0 };
-        Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len()) + values as u64
     }
 
     /// Fills what is wanted and closes it, until nothing is.
@@ -189,30 +171,19 @@ impl Band {
         Ok(())
     }
 
-    /// Wants the fine eighths in coarse cells that are not sure; `interpolate` as [`for_each_unsure`]'s bound.
-    fn want_unsure(&mut self, multiple: i32, interpolate: Option<f32>, budget: Budget) -> Result<(), Error> {
+    /// Wants the fine eighths in coarse cells that are not sure.
+    fn want_unsure(&mut self, multiple: i32, budget: Budget) -> Result<(), Error> {
         let coarse = &self.coarse;
         let found = &mut self.requests;
         // A coarse cell holds many bricks when the lattice is fine, so they are counted before they are listed.
         let per_cell = (i64::from(multiple) / i64::from(BRICK)).max(1).pow(3) as u64;
-        let bytes = |cells: u64| (cells.saturating_mul(per_cell) / 8).saturating_mul(Store::<1>::bytes(1, 8));
-        if budget.fits(bytes(64 * coarse.len() as u64)).is_err() {
-            let count = |octet| {
-                let mut count = 0;
-                for_each_unsure(coarse, octet, interpolate, |_, _| count += 1);
-                count
-            };
-            budget.fits(bytes(coarse.octets.par_iter().map(count).sum()))?;
-        }
+        let cells: u64 = coarse.octets.par_iter().map(|octet| count_unsure(coarse, octet)).sum();
+        budget.fits((cells.saturating_mul(per_cell) / 8).saturating_mul(Store::<1>::bytes(1, 8)))?;
         let groups = coarse.octets.len().div_ceil(GROUP);
         found.resize_with(groups.max(found.len()), Vec::new);
         coarse.octets.par_chunks(GROUP).zip(&mut *found).for_each(|(octets, found)| {
             found.clear();
-            for octet in octets {
-                for_each_unsure(coarse, octet, interpolate, |cell, octants| {
-                    push_eighths(found, cell, octants, multiple)
-                });
-            }
+            octets.iter().for_each(|octet| for_each_unsure(coarse, octet, |cell| push_eighths(found, cell, multiple)));
         });
         let mut cursor = Cursor::default();
         for (at, eighths) in found[..groups].iter().flatten() {
@@ -329,6 +300,56 @@ pub(crate) fn neighbour(at: Coord, brick: usize, d: Coord) -> (Coord, usize) {
     (plus(at, moved.map(|v| v >> 1)), moved.iter().enumerate().map(|(a, v)| ((v & 1) as usize) << a).sum())
 }
 
+/// Calls `work` with the coordinates of each coarse cell of an octet that is not sure.
+fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl FnMut(Coord)) {
+    let mut cursor = Cursor::default();
+    for brick in ones(octet.filled.into()) {
+        let (mut maybe, mut surely) = ([0; 8], [0; 8]);
+        for c in 0..8 {
+            let d = std::array::from_fn(|a| (c >> a & 1) as i32);
+            let (at, index) = neighbour(octet.at, brick, d);
+            let owner = if at == octet.at { Some(octet) } else { coarse.find(&mut cursor, at) };
+            if let Some(owner) = owner {
+                // A brick that nothing reaches is outside: its sets stay empty.
+                maybe[c] = coarse.set(owner, index, 0).unwrap_or(0);
+                surely[c] = coarse.set(owner, index, 2).unwrap_or(0);
+            }
+        }
+        let any_maybe = corner_sets(&maybe).into_iter().fold(0, |a, b| a | b);
+        let all_surely = corner_sets(&surely).into_iter().fold(u64::MAX, |a, b| a & b);
+        for cell in ones(any_maybe & !all_surely) {
+            let node = [cell & 3, cell >> 2 & 3, cell >> 4];
+            work(std::array::from_fn(|a| octet.at[a] * OCTET + BRICK * (brick >> a & 1) as i32 + node[a] as i32));
+        }
+    }
+}
+
+/// Number of an octet's coarse cells that are not sure.
+fn count_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet) -> u64 {
+    let mut count = 0;
+    for_each_unsure(coarse, octet, |_| count += 1);
+    count
+}
+
+/// Adds the fine eighths that make up a coarse cell. Coarse steps are powers of two from 2 on.
+fn push_eighths(found: &mut Vec<(Coord, u64)>, cell: Coord, multiple: i32) {
+    let side = multiple / 2;
+    let first = cell.map(|c| c * side);
+    if side == 1 {
+        return ask(found, first.map(|e| e >> 2), 1 << node_bit_of(first));
+    }
+    // Whole bricks: a cell of two eighths along an axis is one.
+    let bricks = first.map(|e| e >> 1..=(e + side - 1) >> 1);
+    for z in bricks[2].clone() {
+        for y in bricks[1].clone() {
+            for x in bricks[0].clone() {
+                let brick = [x, y, z];
+                ask(found, brick.map(|b| b >> 1), eighths::of_bricks(brick_bit(brick)));
+            }
+        }
+    }
+}
+
 /// Adds eighths of an octet.
 pub(super) fn ask(found: &mut Vec<(Coord, u64)>, at: Coord, eighths: u64) {
     match found.last_mut() {
@@ -339,7 +360,7 @@ pub(super) fn ask(found: &mut Vec<(Coord, u64)>, at: Coord, eighths: u64) {
 
 /// Place of an eighth, or of a node, among the 64 of its octet, or brick.
 #[inline(always)]
-pub(super) fn node_bit_of(at: Coord) -> usize {
+fn node_bit_of(at: Coord) -> usize {
     node_bit(at[0] as usize & 3, at[1] as usize & 3, at[2] as usize & 3)
 }
 

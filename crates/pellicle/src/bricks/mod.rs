@@ -9,4 +9,3 @@ pub(crate) mod levels;
 pub(crate) mod lists;
 pub(crate) mod marks;
 pub(crate) mod store;
-mod unsure;

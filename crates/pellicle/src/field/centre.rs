@@ -85,12 +85,6 @@ impl<F: Copy> Centre<F> {
         }
     }
 
-    /// `value` where the weight is at least half of `bulk`, that in the midst of a fluid; else −∞.
-    #[inline(always)]
-    pub(crate) fn if_crowded<S: Simd<F = F>>(&self, s: S, value: F, bulk: f32) -> F {
-        s.select(s.gt(self.weight, s.splat(0.5 * bulk)), value, s.splat(f32::NEG_INFINITY))
-    }
-
     /// Σk and Σk d over all lanes.
     #[inline(always)]
     pub(crate) fn total<S: Simd<F = F>>(&self, s: S) -> (f32, [f32; 3]) {
@@ -266,25 +260,17 @@ impl<F: Copy> Spread<F> {
     }
 }
 
-/// Σk in the midst of a fluid, where each particle's mass is 1: its particles times the mean of (1 − d²)³.
-pub(crate) fn bulk(particles_per_support: f32) -> f32 {
-    /// 4π ∫ s² (1 − s²)³ ds.
-    const INTEGRAL: f32 = 0.638_3;
-    INTEGRAL * particles_per_support.powi(3)
-}
-
 /// Bounds for the narrow band, with the radius in support units.
 ///
 /// Outside is proven. Inside is not: in a fluid the value is nearly the radius, since the centre is nearly x, and bends on the
-/// scale of the support. So between samples two radii apart it is nearly what interpolation tells: no frame or cavity that was tried lost
-/// anything even with a bound 0.2 radii below the isovalue; 0.3 above it leave room. In sparse places, where a few particles move the
-/// centre, no sample is trusted: each needs half of the weight that is around in a fluid, and is not even taken where a
-/// brick has less than 0.3 of a fluid's particles around.
+/// scale of the support. Between two samples that are clear of the isovalue by 0.6 radii and two radii apart, the value
+/// would have to fall by that and rise again, each over more than half a radius; the frames and cavities tried stay far from
+/// it. In sparse places, where a few particles move the centre, no sample is trusted.
 pub(crate) fn bounds(iso: f32, radius: f32, particles_per_support: f32) -> super::Bounds {
     super::Bounds {
         apart: f64::min(0.51, 2.02 / f64::from(particles_per_support)),
         outside_below: f32::NEG_INFINITY,
-        inside_above: iso + 0.3 * (radius * particles_per_support - iso).max(0.0),
-        crowd: 0.3 * particles_per_support.powi(3),
+        inside_above: iso + 0.6 * (radius * particles_per_support - iso).max(0.0),
+        crowd: 0.5 * particles_per_support.powi(3),
     }
 }

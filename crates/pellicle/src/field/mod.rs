@@ -55,10 +55,9 @@ pub(crate) struct Bounds {
     pub(crate) apart: f64,
     /// A region whose coarse samples are all below is outside. Nothing is where a field [proves](Field::PROVES) it.
     pub(crate) outside_below: f32,
-    /// A region whose coarse samples are all above is inside, if it is crowded enough; of a field that proves, one where what is
-    /// interpolated between [samples](Field::sample) is.
+    /// A region whose coarse samples are all above is inside, if it is crowded enough.
     pub(crate) inside_above: f32,
-    /// Fewest particles within the support of a brick, for each cubic support radius, with which `inside_above` holds.
+    /// Fewest particles within the support of a region, for each cubic support radius, with which `inside_above` holds.
     pub(crate) crowd: f32,
 }
 
@@ -93,12 +92,6 @@ pub(crate) trait Field: Send + Sync {
 
     /// The finishing step: values of 16 nodes.
     fn value<S: Simd>(&self, s: S, sums: Self::Sums<S>) -> S::F;
-
-    /// Samples at 16 nodes of a coarse lattice: values, or −∞ where too few particles are around to trust what lies between them.
-    #[inline(always)]
-    fn sample<S: Simd>(&self, s: S, sums: Self::Sums<S>) -> S::F {
-        self.value(s, sums)
-    }
 
     /// Slope of no particle.
     fn flat<S: Simd>(&self, s: S) -> Self::Slope<S>;

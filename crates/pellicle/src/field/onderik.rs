@@ -106,11 +106,6 @@ impl<const RADII: bool> Field for Onderik<RADII> {
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(&self, s: S, sums: Centre<S::F>) -> S::F {
-        sums.if_crowded(s, self.value(s, sums), 1.0)
-    }
-
-    #[inline(always)]
     fn flat<S: Simd>(&self, s: S) -> Spread<S::F> {
         Spread::zero(s)
     }

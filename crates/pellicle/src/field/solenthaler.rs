@@ -92,11 +92,6 @@ impl<const RADII: bool> Field for Solenthaler<RADII> {
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(&self, s: S, sums: Spread<S::F>) -> S::F {
-        sums.centre.if_crowded(s, self.value(s, sums), centre::bulk(self.particles_per_support))
-    }
-
-    #[inline(always)]
     fn flat<S: Simd>(&self, s: S) -> Spread<S::F> {
         Spread::zero(s)
     }

@@ -60,11 +60,6 @@ impl<const RADII: bool> Field for ZhuBridson<RADII> {
     }
 
     #[inline(always)]
-    fn sample<S: Simd>(&self, s: S, sums: Centre<S::F>) -> S::F {
-        sums.if_crowded(s, self.value(s, sums), centre::bulk(self.particles_per_support))
-    }
-
-    #[inline(always)]
     fn flat<S: Simd>(&self, s: S) -> Spread<S::F> {
         Spread::zero(s)
     }

@@ -83,14 +83,14 @@ impl<F: Field> Kernel for Fill<'_, F> {
             // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
             // that it saves; of fields that sum much, always.
             if F::PLANES == 1 {
-                fill_eighths(s, field, nearer, in_plane, brick, wanted, step, sampling, values);
+                fill_eighths(s, field, nearer, in_plane, brick, wanted, step, values);
             } else if step >= 0.2 {
                 for plane in 0..4 {
                     in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
-                    fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, sampling, values);
+                    fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values);
                 }
             } else {
-                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, sampling, values);
+                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values);
             }
             let filled = eighths::nodes(wanted);
             for (above, &threshold) in above.iter_mut().zip(thresholds) {
@@ -109,15 +109,8 @@ impl<F: Field> Kernel for Fill<'_, F> {
     }
 }
 
-/// Values, or samples, of 16 nodes.
-#[inline(always)]
-fn finish<S: Simd, F: Field>(s: S, field: &F, sums: F::Sums<S>, sampling: Option<Sampling>) -> S::F {
-    if sampling.is_some() { field.sample(s, sums) } else { field.value(s, sums) }
-}
-
 /// Values of some planes of the brick whose first node is `first`, `N` planes at a time.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
 fn fill_planes<S: Simd, F: Field, const N: usize>(
     s: S,
     field: &F,
@@ -125,7 +118,6 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
     first: [i32; 3],
     planes: Range<usize>,
     step: f64,
-    sampling: Option<Sampling>,
     values: &mut Values,
 ) {
     let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
@@ -152,7 +144,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
             }
         }
         for k in 0..N {
-            s.store(finish(s, field, sums[k], sampling), &mut values[LANES * (plane + k)..]);
+            s.store(field.value(s, sums[k]), &mut values[LANES * (plane + k)..]);
         }
     }
 }
@@ -168,7 +160,6 @@ fn fill_eighths<S: Simd, F: Field>(
     brick: usize,
     wanted: u8,
     step: f64,
-    sampling: Option<Sampling>,
     values: &mut Values,
 ) {
     let mut left = wanted;
@@ -204,7 +195,7 @@ fn fill_eighths<S: Simd, F: Field>(
             field.add(s, &mut sums, [dx, dy, dz], dist_sq, Row { columns: &columns, particle });
         }
         let mut found = [0.0; LANES];
-        s.store(finish(s, field, sums, sampling), &mut found);
+        s.store(field.value(s, sums), &mut found);
         for (half, eighth) in [(0, first), (LANES / 2, second)] {
             let corner = eighths::OF[eighth].trailing_zeros() as usize;
             for row in 0..4 {
