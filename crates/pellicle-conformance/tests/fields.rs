@@ -128,7 +128,7 @@ fn real_frames_lose_nothing_with_any_field() {
     }
 }
 
-/// Here to interpolate between samples, and to take for inside what is so by that, lost cavities.
+/// A band that took for inside what is interpolated so between samples lost cavities of these.
 #[test]
 fn frames_with_the_smallest_cavities_lose_nothing() {
     for (file, name, cell_size) in [

@@ -59,8 +59,7 @@ fn several_isovalues_are_each_what_they_are_alone() {
     }
 }
 
-/// Marches slab by slab, `at_once` slabs a push, `batch` slabs a piece.
-/// Two balls of one noise in an empty box: some rows have a dense surface, most have a sparse one or none.
+/// Two balls, one of them noisy, in an empty box: some rows have a dense surface, most have a sparse one or none.
 fn mostly_empty(dims: [usize; 3]) -> Vec<f64> {
     let [x, y, z] = dims;
     let mut samples = vec![-1.0; x * y * z];
@@ -107,6 +106,7 @@ fn vertices_made_early_are_those_made_late() {
     }
 }
 
+/// Marches slab by slab, `at_once` slabs a push, `batch` slabs a piece.
 fn streamed(
     samples: &[i16],
     shape: &StreamShape,

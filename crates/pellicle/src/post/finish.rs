@@ -176,6 +176,8 @@ mod tests {
             let mut found = mesh.clone();
             finish.apply(&mut found, &Nodes::cubic(params.spacing()), None, &Control::default()).unwrap();
             assert!(Report::of(&found).closed_manifold());
+            assert!(found != mesh || finish.keep != Keep::default(), "{finish:?} does nothing");
+            assert_eq!(found.normals.len(), finish.normals.map_or(0, |_| found.vertices.len()), "{finish:?}");
             let mut want = found.clone();
             if let Some(iterations) = finish.normals {
                 normals::from_triangles(&mut want, iterations, &Control::default()).unwrap();
