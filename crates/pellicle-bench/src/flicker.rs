@@ -1,4 +1,4 @@
-//! `pellicle-bench flicker [FILE RADIUS] [--json]`: how much each field's surface changes from frame to frame without the particles
+//! `pellicle-bench flicker [FILE RADIUS] [--field NAME] [--json]`: how much each field's surface changes from frame to frame without the particles
 //! having moved so. See [`pellicle::mesh::Flicker`].
 //!
 //! A frame of a simulator goes on for some steps of 1/240 s, every particle straight ahead by its velocity: so what each one does
@@ -26,9 +26,14 @@ const SHIFT: [f64; 3] = [0.37, -0.61, 0.23];
 
 /// See the module.
 pub fn run(words: &[String]) -> Result<(), String> {
-    let (mut of, mut is_json) = (Vec::new(), false);
-    for word in words {
-        if word == "--json" { is_json = true } else { of.push(word) }
+    let (mut of, mut names, mut is_json) = (Vec::new(), ScalarField::NAMES.to_vec(), false);
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--json" => is_json = true,
+            "--field" => names = vec![words.next().ok_or("--field: of which field")?],
+            _ => of.push(word),
+        }
     }
     let (file, radius) = match of[..] {
         [] => (particle_file("cbd_t1.75.vtk").ok_or("no frame")?, 0.025),
@@ -39,8 +44,8 @@ pub fn run(words: &[String]) -> Result<(), String> {
     if !is_json {
         println!("| field | RMS, r | median, r | one in twenty exceeds, r | still, RMS, r |\n|---|--:|--:|--:|--:|");
     }
-    for name in ScalarField::NAMES {
-        let field = ScalarField::from_name(name).ok_or("no such field")?;
+    for name in names {
+        let field = ScalarField::from_name(name).ok_or_else(|| format!("there is no field {name}"))?;
         let params = Params::with_field(radius, field);
         let (moving, still) = (frame.flicker(&params, Motion::Own)?, frame.flicker(&params, Motion::Whole)?);
         let Flicker { rms, distances: Summary { median, p95, .. } } = moving;

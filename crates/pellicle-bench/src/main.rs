@@ -30,7 +30,7 @@ const VERBS: &[(&str, &str, Run)] = &[
     ("walk", "", walk::run),
     ("draw-order", "[--json]", draw_order::run),
     ("fields", "flatness|cost", fields::run),
-    ("flicker", "[FILE RADIUS] [--json]", flicker::run),
+    ("flicker", "[FILE RADIUS] [--field NAME] [--json]", flicker::run),
     ("roads", "[SCENE [CELLS]] [--json] [--stages]", roads::run),
     ("rosenberg-2008", "[--json] [--search]", rosenberg::run),
     ("sinks", "FILE TYPE NX NY NZ ISO THREADS REPEATS", sinks::run),
