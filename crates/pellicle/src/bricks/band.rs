@@ -399,16 +399,27 @@ fn node_bit_of(at: Coord) -> usize {
 /// Coarse steps are powers of two from 2 on, so that those samples lie in one coarse brick.
 fn inside_eighths(coarse: &Store<COARSE_SETS>, cursor: &mut Cursor, octet: Coord, multiple: i32) -> u64 {
     let first = octet.map(|o| (o * OCTET).div_euclid(multiple));
-    let index = first.iter().enumerate().map(|(a, n)| ((n >> 2 & 1) as usize) << a).sum();
-    let Some(set) = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, index, 1)) else { return 0 };
-    match (set, multiple) {
+    let brick = octant(first.map(|n| n >> 2));
+    let set = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, brick, 1));
+    set.map_or(0, |set| with_samples(set, first, multiple))
+}
+
+/// The eighths of an octet whose samples are in the set of a coarse brick, of which `first` is the octet's first.
+#[inline(always)]
+fn with_samples(set: u64, first: Coord, multiple: i32) -> u64 {
+    match multiple {
         // Each eighth has a sample of its own.
-        (0 | u64::MAX, _) | (_, 2) => set,
-        _ => (0..64).fold(0, |inside, eighth| {
-            let node = [0, 1, 2].map(|a| (octet[a] * OCTET + 2 * (eighth >> (2 * a) & 3)).div_euclid(multiple));
-            inside | (set >> node_bit_of(node) & 1) << eighth
-        }),
+        2 => set,
+        // Each brick has.
+        4 => eighths::of_bricks(eighths::of_brick(set, octant(first.map(|n| n >> 1)))),
+        _ => (set >> node_bit_of(first) & 1).wrapping_neg(),
     }
+}
+
+/// The number of the octant that the lowest bits tell, x first.
+#[inline(always)]
+fn octant(at: Coord) -> usize {
+    (at[0] & 1 | (at[1] & 1) << 1 | (at[2] & 1) << 2) as usize
 }
 
 #[cfg(test)]
@@ -424,6 +435,22 @@ mod tests {
         assert_eq!(multiple(0.5 / 7.9, 0.5), 4);
         assert_eq!(multiple(0.1 * 0.625, 0.5), 8);
         assert_eq!(multiple(0.0625, 0.25), 4);
+    }
+
+    #[test]
+    fn each_eighth_is_inside_where_the_sample_below_its_first_node_is() {
+        let set = 0x9b1d_37e4_5a0f_c682;
+        for multiple in [2, 4, 8, 16, 64] {
+            for octet in [[0, 0, 0], [1, -1, 2], [-3, 6, -8], [5, 2, 7]] {
+                let sample = |eighth: usize| {
+                    let e = [eighth & 3, eighth >> 2 & 3, eighth >> 4];
+                    let node = [0, 1, 2].map(|a| (octet[a] * OCTET + 2 * e[a] as i32).div_euclid(multiple));
+                    (set >> node_bit_of(node) & 1) << eighth
+                };
+                let want = (0..64).map(sample).sum::<u64>();
+                assert_eq!(with_samples(set, octet.map(|o| (o * OCTET).div_euclid(multiple)), multiple), want);
+            }
+        }
     }
 
     #[test]
