@@ -1,20 +1,27 @@
-//! Searches at random for a scene on which the narrow band loses a piece of the surface: `hunt SECONDS [SEED]`.
+//! Searches at random for a scene on which the narrow band loses a piece of the surface: `hunt SECONDS [SEED [FIELD]]`.
 //!
+//! A field that is named has its own isovalue and support, with cells of several sizes. Without, it is SPH's with any.
 //! Prints each scene that does, with all that is needed to make it again. For when the band or a field's bounds change.
 
 use std::time::{Duration, Instant};
 
-use pellicle::Band;
+use pellicle::{Band, Params, ScalarField};
 use pellicle_conformance::{Random, Scene, Subject, cavities, same_bytes};
 
 fn main() {
     let mut args = std::env::args().skip(1);
     let seconds = args.next().and_then(|v| v.parse().ok()).unwrap_or(60);
     let first: u64 = args.next().and_then(|v| v.parse().ok()).unwrap_or(1);
+    let field = args.next().map(|name| ScalarField::from_name(&name).expect("a field's name"));
     let end = Instant::now() + Duration::from_secs(seconds);
     let (mut seed, mut lost) = (first, 0);
     while Instant::now() < end {
-        let scene = draw(&mut Random::new(seed));
+        let random = &mut Random::new(seed);
+        let mut scene = draw(random);
+        if let Some(field) = field {
+            let own = Params::with_field(scene.params.particle_radius, field);
+            scene.params = Params { cell_size: random.choose(&[0.4, 0.5, 0.75, 1.0, 1.5, 2.0]), ..own };
+        }
         let mesh = |band| Subject { band, threads: 1, ..Subject::default() }.mesh(&scene);
         match (mesh(Band::Auto), mesh(Band::Full)) {
             (Ok(auto), Ok(full)) => {
