@@ -119,6 +119,8 @@ pub fn make(
         check_memory(order.finishing.memory(&mesh), &params, order)?;
         if !finish.is_nothing() {
             clock.begin("finish");
+            // Finishing takes as much memory as the surface did: the same, as far as it goes.
+            *reconstructor = Reconstructor::new();
             let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
             let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
             if let Some(walls) = order.walls {

@@ -5,7 +5,8 @@
 //! 1. **Sample** the field on a coarse lattice, whose nodes are every m-th node of the fine one, as far apart as the field
 //!    allows. A coarse cell whose eight corners are all clearly inside, or all clearly outside, is *sure*
 //!    ([`Bounds`](crate::field::Bounds)); a brick is wanted when it touches a coarse cell that is not sure. Of those some fields
-//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)).
+//!    prove bricks to be outside from where the particles lie ([`fill::prove`](crate::fill::prove)), and of a cell that is not sure
+//!    [`halves`] may be.
 //! 2. **Fill** what is wanted.
 //! 3. **Close** ([`close`](super::close)): an eighth of a brick without values stands for eight equal signs. Where a node of a filled
 //!    one disagrees with another that it touches (through a face, an edge or a corner), that is wanted, too. Repeat until none is.
@@ -23,6 +24,7 @@ use rayon::prelude::*;
 
 use super::{
     close::find_disagreeing,
+    halves::{self, SIDES, Sampler},
     marks::{Marks, Nodes},
     store::{Octet, Source, Store},
 };
@@ -50,6 +52,8 @@ pub(crate) struct Band {
     done: Vec<(u32, u64)>,
     /// For each group of octets, the eighths that they ask for.
     requests: Vec<Vec<(Coord, u64)>>,
+    /// For each group, eighths in halves of coarse cells that are inside.
+    inside: Vec<Vec<(Coord, u64)>>,
 }
 
 /// Where to look.
@@ -119,7 +123,10 @@ impl Band {
                 self.coarse.fill(sampler, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
                 source.control.check()?;
                 budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
-                self.want_unsure(multiple, budget)?;
+                let sampler = Sampler { source: sampler, step: coarse_step, inside_above: bounds.inside_above };
+                // A half of a cell is whole eighths, and eighths are what is filled.
+                let halves = multiple > 2 && grain == Grain::Eighths && source.field.fills_eighths();
+                self.want_unsure(multiple, halves.then_some(sampler), budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
@@ -171,23 +178,43 @@ impl Band {
         Ok(())
     }
 
-    /// Wants the fine eighths in coarse cells that are not sure.
-    fn want_unsure(&mut self, multiple: i32, budget: Budget) -> Result<(), Error> {
+    /// Wants the fine eighths in coarse cells that are not sure, but for [`halves`] that are inside.
+    fn want_unsure(&mut self, multiple: i32, sampler: Option<Sampler<'_>>, budget: Budget) -> Result<(), Error> {
         let coarse = &self.coarse;
-        let found = &mut self.requests;
+        let (found, inside) = (&mut self.requests, &mut self.inside);
         // A coarse cell holds many bricks when the lattice is fine, so they are counted before they are listed.
         let per_cell = (i64::from(multiple) / i64::from(BRICK)).max(1).pow(3) as u64;
         let cells: u64 = coarse.octets.par_iter().map(|octet| count_unsure(coarse, octet)).sum();
         budget.fits((cells.saturating_mul(per_cell) / 8).saturating_mul(Store::<1>::bytes(1, 8)))?;
         let groups = coarse.octets.len().div_ceil(GROUP);
         found.resize_with(groups.max(found.len()), Vec::new);
-        coarse.octets.par_chunks(GROUP).zip(&mut *found).for_each(|(octets, found)| {
+        inside.resize_with(groups.max(inside.len()), Vec::new);
+        coarse.octets.par_chunks(GROUP).zip(&mut *found).zip(&mut *inside).for_each(|((octets, found), inside)| {
             found.clear();
-            octets.iter().for_each(|octet| for_each_unsure(coarse, octet, |cell| push_eighths(found, cell, multiple)));
+            inside.clear();
+            for octet in octets {
+                for_each_unsure(coarse, octet, |brick, unsure, clear| {
+                    let halves =
+                        sampler.map_or([0; SIDES], |sampler| halves::find(&sampler, octet.at, brick, unsure, clear));
+                    for cell in ones(unsure) {
+                        let sides = halves.map(|cells| cells >> cell & 1 != 0);
+                        let node = [cell & 3, cell >> 2 & 3, cell >> 4];
+                        let at = std::array::from_fn(|a| {
+                            octet.at[a] * OCTET + BRICK * (brick >> a & 1) as i32 + node[a] as i32
+                        });
+                        push_eighths([found, inside], at, multiple, sides);
+                    }
+                });
+            }
         });
         let mut cursor = Cursor::default();
+        let mut taken = |octet| inside_eighths(coarse, &mut cursor, octet, multiple);
         for (at, eighths) in found[..groups].iter().flatten() {
-            self.fine.want(*at, *eighths, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
+            self.fine.want(*at, *eighths, &mut taken);
+        }
+        for (at, eighths) in inside[..groups].iter().flatten() {
+            let octet = self.fine.want(*at, 0, &mut taken);
+            self.fine.octets[octet].inside |= eighths;
         }
         Ok(())
     }
@@ -300,8 +327,9 @@ pub(crate) fn neighbour(at: Coord, brick: usize, d: Coord) -> (Coord, usize) {
     (plus(at, moved.map(|v| v >> 1)), moved.iter().enumerate().map(|(a, v)| ((v & 1) as usize) << a).sum())
 }
 
-/// Calls `work` with the coordinates of each coarse cell of an octet that is not sure.
-fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl FnMut(Coord)) {
+/// Calls `work` with each brick of a coarse octet that has cells which are not sure: its index, those cells, and for each corner the
+/// cells where that one is clearly inside.
+fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl FnMut(usize, u64, &[u64; 8])) {
     let mut cursor = Cursor::default();
     for brick in ones(octet.filled.into()) {
         let (mut maybe, mut surely) = ([0; 8], [0; 8]);
@@ -316,10 +344,10 @@ fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl Fn
             }
         }
         let any_maybe = corner_sets(&maybe).into_iter().fold(0, |a, b| a | b);
-        let all_surely = corner_sets(&surely).into_iter().fold(u64::MAX, |a, b| a & b);
-        for cell in ones(any_maybe & !all_surely) {
-            let node = [cell & 3, cell >> 2 & 3, cell >> 4];
-            work(std::array::from_fn(|a| octet.at[a] * OCTET + BRICK * (brick >> a & 1) as i32 + node[a] as i32));
+        let clear = corner_sets(&surely);
+        let unsure = any_maybe & !clear.iter().fold(u64::MAX, |a, b| a & b);
+        if unsure != 0 {
+            work(brick, unsure, &clear);
         }
     }
 }
@@ -327,24 +355,26 @@ fn for_each_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet, mut work: impl Fn
 /// Number of an octet's coarse cells that are not sure.
 fn count_unsure(coarse: &Store<COARSE_SETS>, octet: &Octet) -> u64 {
     let mut count = 0;
-    for_each_unsure(coarse, octet, |_| count += 1);
+    for_each_unsure(coarse, octet, |_, unsure, _| count += u64::from(unsure.count_ones()));
     count
 }
 
-/// Adds the fine eighths that make up a coarse cell. Coarse steps are powers of two from 2 on.
-fn push_eighths(found: &mut Vec<(Coord, u64)>, cell: Coord, multiple: i32) {
-    let side = multiple / 2;
-    let first = cell.map(|c| c * side);
-    if side == 1 {
-        return ask(found, first.map(|e| e >> 2), 1 << node_bit_of(first));
-    }
-    // Whole bricks: a cell of two eighths along an axis is one.
-    let bricks = first.map(|e| e >> 1..=(e + side - 1) >> 1);
-    for z in bricks[2].clone() {
-        for y in bricks[1].clone() {
-            for x in bricks[0].clone() {
-                let brick = [x, y, z];
-                ask(found, brick.map(|b| b >> 1), eighths::of_bricks(brick_bit(brick)));
+/// Adds the fine eighths that make up a coarse cell to the first list, but for those in its halves on some sides, which go to the
+/// second. Coarse steps are powers of two from 2 on.
+fn push_eighths(lists: [&mut Vec<(Coord, u64)>; 2], cell: Coord, multiple: i32, sides: [bool; SIDES]) {
+    let edge = multiple / 2;
+    let first = cell.map(|c| c * edge);
+    // Whole bricks: a cell of two eighths along an axis is one. Half of such a cell is four eighths.
+    let piece = if edge == 1 || (edge == 2 && sides != [false; SIDES]) { 1 } else { 2 };
+    for z in (0..edge).step_by(piece) {
+        for y in (0..edge).step_by(piece) {
+            for x in (0..edge).step_by(piece) {
+                let at = [x, y, z];
+                let is_inside = (0..3).any(|a| sides[2 * a + usize::from(2 * at[a] >= edge)]);
+                let at = [0, 1, 2].map(|a| first[a] + at[a]);
+                let eighths =
+                    if piece == 1 { 1 << node_bit_of(at) } else { eighths::of_bricks(brick_bit(at.map(|e| e >> 1))) };
+                ask(lists[usize::from(is_inside)], at.map(|e| e >> 2), eighths);
             }
         }
     }
@@ -369,16 +399,27 @@ fn node_bit_of(at: Coord) -> usize {
 /// Coarse steps are powers of two from 2 on, so that those samples lie in one coarse brick.
 fn inside_eighths(coarse: &Store<COARSE_SETS>, cursor: &mut Cursor, octet: Coord, multiple: i32) -> u64 {
     let first = octet.map(|o| (o * OCTET).div_euclid(multiple));
-    let index = first.iter().enumerate().map(|(a, n)| ((n >> 2 & 1) as usize) << a).sum();
-    let Some(set) = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, index, 1)) else { return 0 };
-    match (set, multiple) {
+    let brick = octant(first.map(|n| n >> 2));
+    let set = coarse.find(cursor, first.map(|n| n >> 3)).and_then(|o| coarse.set(o, brick, 1));
+    set.map_or(0, |set| with_samples(set, first, multiple))
+}
+
+/// The eighths of an octet whose samples are in the set of a coarse brick, of which `first` is the octet's first.
+#[inline(always)]
+fn with_samples(set: u64, first: Coord, multiple: i32) -> u64 {
+    match multiple {
         // Each eighth has a sample of its own.
-        (0 | u64::MAX, _) | (_, 2) => set,
-        _ => (0..64).fold(0, |inside, eighth| {
-            let node = [0, 1, 2].map(|a| (octet[a] * OCTET + 2 * (eighth >> (2 * a) & 3)).div_euclid(multiple));
-            inside | (set >> node_bit_of(node) & 1) << eighth
-        }),
+        2 => set,
+        // Each brick has.
+        4 => eighths::of_bricks(eighths::of_brick(set, octant(first.map(|n| n >> 1)))),
+        _ => (set >> node_bit_of(first) & 1).wrapping_neg(),
     }
+}
+
+/// The number of the octant that the lowest bits tell, x first.
+#[inline(always)]
+fn octant(at: Coord) -> usize {
+    (at[0] & 1 | (at[1] & 1) << 1 | (at[2] & 1) << 2) as usize
 }
 
 #[cfg(test)]
@@ -394,6 +435,22 @@ mod tests {
         assert_eq!(multiple(0.5 / 7.9, 0.5), 4);
         assert_eq!(multiple(0.1 * 0.625, 0.5), 8);
         assert_eq!(multiple(0.0625, 0.25), 4);
+    }
+
+    #[test]
+    fn each_eighth_is_inside_where_the_sample_below_its_first_node_is() {
+        let set = 0x9b1d_37e4_5a0f_c682;
+        for multiple in [2, 4, 8, 16, 64] {
+            for octet in [[0, 0, 0], [1, -1, 2], [-3, 6, -8], [5, 2, 7]] {
+                let sample = |eighth: usize| {
+                    let e = [eighth & 3, eighth >> 2 & 3, eighth >> 4];
+                    let node = [0, 1, 2].map(|a| (octet[a] * OCTET + 2 * e[a] as i32).div_euclid(multiple));
+                    (set >> node_bit_of(node) & 1) << eighth
+                };
+                let want = (0..64).map(sample).sum::<u64>();
+                assert_eq!(with_samples(set, octet.map(|o| (o * OCTET).div_euclid(multiple)), multiple), want);
+            }
+        }
     }
 
     #[test]

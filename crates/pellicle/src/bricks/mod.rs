@@ -5,6 +5,7 @@ pub(crate) mod band;
 pub(crate) mod blocks;
 pub(crate) mod boxes;
 mod close;
+mod halves;
 pub(crate) mod levels;
 pub(crate) mod lists;
 pub(crate) mod marks;

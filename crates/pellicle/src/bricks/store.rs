@@ -86,7 +86,7 @@ pub(crate) struct Store<const SETS: usize> {
 
 thread_local! {
     /// Candidates of the octet at work; kept between octets and frames.
-    static SCRATCH: RefCell<(Scratch, [Values; 8])> = RefCell::new((Scratch::default(), [[0.0; 64]; 8]));
+    pub(super) static SCRATCH: RefCell<(Scratch, [Values; 8])> = RefCell::new((Scratch::default(), [[0.0; 64]; 8]));
 }
 
 impl<const SETS: usize> Store<SETS> {

@@ -92,6 +92,16 @@ impl<F: Copy> Centre<F> {
         (s.sum(self.weight), [s.sum(m[0]), s.sum(m[1]), s.sum(m[2])])
     }
 
+    /// Where the particles weigh seven tenths of what they do in a fluid, or more: as beneath its surface from where samples are
+    /// [clear](bounds) of it.
+    #[inline(always)]
+    pub(crate) fn is_dense<S: Simd<F = F>>(&self, s: S, particles_per_support: f32) -> u16 {
+        /// ∫ t³ over the support.
+        const FULL: f32 = 0.638_3;
+        let n = particles_per_support;
+        s.gt(self.weight, s.splat(0.7 * FULL * n * n * n))
+    }
+
     /// 1/Σk; large where no particle is.
     #[inline(always)]
     pub(crate) fn inverse_weight<S: Simd<F = F>>(&self, s: S) -> F {
@@ -265,7 +275,8 @@ impl<F: Copy> Spread<F> {
 /// Outside is proven. Inside is not: in a fluid the value is nearly the radius, since the centre is nearly x, and bends on the
 /// scale of the support. Between two samples that are clear of the isovalue by 0.6 radii and two radii apart, the value
 /// would have to fall by that and rise again, each over more than half a radius; the frames and cavities tried stay far from
-/// it. In sparse places, where a few particles move the centre, no sample is trusted.
+/// it. In [sparse](Centre::is_dense) places, where a few particles
+/// move the centre, no sample is trusted.
 pub(crate) fn bounds(iso: f32, radius: f32, particles_per_support: f32) -> super::Bounds {
     super::Bounds {
         apart: f64::min(0.51, 2.02 / f64::from(particles_per_support)),

@@ -57,7 +57,8 @@ pub(crate) struct Bounds {
     pub(crate) outside_below: f32,
     /// A region whose coarse samples are all above is inside, if it is crowded enough.
     pub(crate) inside_above: f32,
-    /// Fewest particles within the support of a region, for each cubic support radius, with which `inside_above` holds.
+    /// Fewest particles within the support of a region, for each cubic support radius, with which `inside_above` holds, where the field
+    /// does not [tell](Field::WEIGHS) itself.
     pub(crate) crowd: f32,
 }
 
@@ -73,6 +74,8 @@ pub(crate) trait Field: Send + Sync {
     /// Whether the field measures the distance to a weighted centre, so that places are proven to be outside by what
     /// [`pull`](Self::pull) tells: see [`fill::prove`](crate::fill::prove).
     const PROVES: bool = false;
+    /// Whether [`is_dense`](Self::is_dense) tells, node by node.
+    const WEIGHS: bool = false;
     /// Whether the value is a sum over the particles and [`gradient`](Self::gradient) that of what each brings.
     const ADDITIVE: bool = false;
     /// Whether the gradient needs a second pass over the particles.
@@ -89,6 +92,13 @@ pub(crate) trait Field: Send + Sync {
 
     /// Adds one particle to the sums of 16 nodes. `d` is node minus particle, `dist_sq` its square as `(x² + y²) + z²`.
     fn add<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>);
+
+    /// At which of 16 nodes the particles lie so dense that samples are to be trusted; of fields that don't tell it is left to the
+    /// [crowd](Bounds::crowd).
+    #[inline(always)]
+    fn is_dense<S: Simd>(&self, _s: S, _sums: &Self::Sums<S>) -> u16 {
+        u16::MAX
+    }
 
     /// The finishing step: values of 16 nodes.
     fn value<S: Simd>(&self, s: S, sums: Self::Sums<S>) -> S::F;

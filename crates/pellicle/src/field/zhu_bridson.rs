@@ -37,6 +37,7 @@ impl<const RADII: bool> Field for ZhuBridson<RADII> {
     const COLUMNS: usize = RADII as usize;
     const PLANES: usize = 4;
     const PROVES: bool = true;
+    const WEIGHS: bool = true;
     type Sums<S: Simd> = Centre<S::F>;
     type Slope<S: Simd> = Spread<S::F>;
     type Bend<S: Simd> = ();
@@ -49,6 +50,11 @@ impl<const RADII: bool> Field for ZhuBridson<RADII> {
     #[inline(always)]
     fn add<S: Simd>(&self, s: S, sums: &mut Centre<S::F>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
         sums.add(s, d, dist_sq, Self::brings(row));
+    }
+
+    #[inline(always)]
+    fn is_dense<S: Simd>(&self, s: S, sums: &Centre<S::F>) -> u16 {
+        sums.is_dense(s, self.particles_per_support)
     }
 
     #[inline(always)]

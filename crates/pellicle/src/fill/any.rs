@@ -4,6 +4,7 @@
 //! Source: this project.
 
 use super::{
+    above::{Above, Points},
     points::{Interpolate, Normals, OctetVertices},
     prove::{Prove, ProveOctet},
     simd::{Fill, FillOctet},
@@ -30,6 +31,9 @@ pub(crate) trait AnyField: Send + Sync {
 
     /// The eighths of an octet that are proven to be outside.
     fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64;
+
+    /// Tells where a field is dense and above a threshold.
+    fn above(&self, _unit: Unit, _of: Points<'_>) {}
 
     /// Fills bricks of an octet.
     fn fill(&self, unit: Unit, octet: FillOctet<'_>);
@@ -67,6 +71,10 @@ impl<F: Field> AnyField for F {
 
     fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64 {
         unit.run(Prove { field: self, octet })
+    }
+
+    fn above(&self, unit: Unit, of: Points<'_>) {
+        unit.run(Above { field: self, of });
     }
 
     fn fill(&self, unit: Unit, octet: FillOctet<'_>) {

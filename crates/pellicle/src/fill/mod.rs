@@ -2,6 +2,7 @@
 //!
 //! Source: this project; see `simd`.
 
+pub(crate) mod above;
 pub(crate) mod any;
 pub(crate) mod eighths;
 pub(crate) mod points;

@@ -149,7 +149,7 @@ impl Pull {
     /// time and nothing else.
     #[inline(always)]
     fn is_likely(&self, place: Box3) -> bool {
-        let mut far = 0.05 - self.radius;
+        let mut far = -0.03 - self.radius;
         for a in 0..3 {
             let (middle, half) = (0.5 * (place.low[a] + place.high[a]), 0.5 * (place.high[a] - place.low[a]));
             far += (self.mean[a] - middle) * self.along[a] - half * self.along[a].abs();

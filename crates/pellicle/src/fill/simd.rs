@@ -15,7 +15,9 @@
 
 use std::ops::Range;
 
-use super::{Scratch, Values, brick_box, brick_origin, corner, eighths, node_offset, octet_box, plane_box};
+use super::{
+    Scratch, Values, brick_box, brick_origin, corner, eighths, node_offset, octet_box, plane_box, points::distance,
+};
 use crate::{
     field::{Field, Row},
     lattice::Coord,
@@ -45,10 +47,11 @@ pub(crate) struct FillOctet<'a> {
     pub(crate) above: &'a mut [u64],
 }
 
-/// How samples on a coarse lattice are judged. The first threshold tells what may be inside, the last what surely is.
+/// How samples on a coarse lattice are judged. The first threshold tells what may be inside, the last what surely is, of those that are
+/// trusted: where a field tells, the [dense](Field::is_dense) ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sampling {
-    /// Where fewer candidates are near a brick, no node of it counts as above the last threshold.
+    /// Else where fewer candidates are near a brick, no node of it counts as above the last threshold.
     pub(crate) crowd: usize,
 }
 
@@ -72,13 +75,15 @@ impl<F: Field> Kernel for Fill<'_, F> {
         for ((brick, values), above) in ones(bricks.into()).zip(octet.values).zip(sets) {
             let wanted = eighths::of_brick(octet.eighths, brick);
             nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
-            if F::PROVES && sampling.is_some_and(|sampling| nearer.len() < sampling.crowd) {
-                // Where no sample is trusted, and none tells outside, none need be taken.
+            let is_sparse = |part| sampling.is_some_and(|sampling| nearer.len() < sampling.crowd / part);
+            if F::PROVES && is_sparse(if F::WEIGHS { 8 } else { 1 }) {
+                // Where no sample is trusted, or next to none, and none tells outside, none need be taken.
                 above.fill(0);
                 above[0] = u64::MAX;
                 continue;
             }
             let first = brick_origin(brick);
+            let mut dense = 0;
             // A particle near a brick misses some of its planes, the more the wider the brick is. Compressing once more for
             // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
             // that it saves; of fields that sum much, always.
@@ -87,10 +92,10 @@ impl<F: Field> Kernel for Fill<'_, F> {
             } else if step >= 0.2 {
                 for plane in 0..4 {
                     in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
-                    fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values);
+                    fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values, &mut dense);
                 }
             } else {
-                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values);
+                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values, &mut dense);
             }
             let filled = eighths::nodes(wanted);
             for (above, &threshold) in above.iter_mut().zip(thresholds) {
@@ -100,17 +105,17 @@ impl<F: Field> Kernel for Fill<'_, F> {
                 }
                 *above = *above & !filled | set & filled;
             }
-            if let Some(sampling) = sampling
-                && nearer.len() < sampling.crowd
-            {
-                above[thresholds.len() - 1] = 0;
+            if sampling.is_some() {
+                let trusted = if F::WEIGHS { dense } else { u64::from(!is_sparse(1)).wrapping_neg() };
+                above[thresholds.len() - 1] &= trusted;
             }
         }
     }
 }
 
-/// Values of some planes of the brick whose first node is `first`, `N` planes at a time.
+/// Values of some planes of the brick whose first node is `first`, `N` planes at a time, and whether they are [dense](Field::is_dense).
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
 fn fill_planes<S: Simd, F: Field, const N: usize>(
     s: S,
     field: &F,
@@ -119,6 +124,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
     planes: Range<usize>,
     step: f64,
     values: &mut Values,
+    dense: &mut u64,
 ) {
     let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
@@ -145,6 +151,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
         }
         for k in 0..N {
             s.store(field.value(s, sums[k]), &mut values[LANES * (plane + k)..]);
+            *dense |= u64::from(field.is_dense(s, &sums[k])) << (LANES * (plane + k));
         }
     }
 }
@@ -185,14 +192,17 @@ fn fill_eighths<S: Simd, F: Field>(
         }
         in_pair.refine(s, near, F::COLUMNS, F::REACH, place);
         let (x, y, z) = (s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2]));
-        let [px, py, pz] = in_pair.axes();
         let columns = in_pair.columns(F::COLUMNS);
         let mut sums = field.zero(s);
+        // One ahead: what a particle adds waits for a long chain of operations otherwise.
+        let (mut next_d, mut next_sq) = ([x, y, z], x);
+        if in_pair.len() > 0 {
+            (next_d, next_sq) = distance(s, [x, y, z], in_pair.axes(), 0);
+        }
         for particle in 0..in_pair.len() {
-            let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));
-            let dz = s.sub(z, s.splat(pz[particle]));
-            let dist_sq = s.add(s.add(s.mul(dx, dx), s.mul(dy, dy)), s.mul(dz, dz));
-            field.add(s, &mut sums, [dx, dy, dz], dist_sq, Row { columns: &columns, particle });
+            let (d, dist_sq) = (next_d, next_sq);
+            (next_d, next_sq) = distance(s, [x, y, z], in_pair.axes(), (particle + 1).min(in_pair.len() - 1));
+            field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
         }
         let mut found = [0.0; LANES];
         s.store(field.value(s, sums), &mut found);

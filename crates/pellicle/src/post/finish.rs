@@ -53,8 +53,8 @@ impl Finish {
         *self == Self::default()
     }
 
-    /// Bytes needed besides the mesh, at the most: stars, neighbors, positions twice, and what the vertices have again where these
-    /// are merged.
+    /// Bytes needed besides the mesh, at the most, with the threads that are there where it is called: stars, neighbors, positions
+    /// twice, and what the vertices have again where these are merged.
     pub fn memory(&self, mesh: &Mesh) -> u64 {
         let (v, t, copy) = (mesh.vertices.len() as u64, mesh.triangles.len() as u64, mesh.bytes());
         // Of the diagonals of level parts, at most a quarter of the triangles, what is turned and how.
@@ -63,7 +63,9 @@ impl Finish {
         // The mesh twice, quadrics and candidates, and the triangles of a round.
         let fewer = if self.decimate.is_some() { 2 * copy + 250 * v + 12 * t } else { 0 };
         let cut = if self.clamp.is_some() { cut::memory(mesh) } else { 0 };
-        20 * v + 24 * t + (72 * v + 16 * t).max(again).max(fewer).max(cut)
+        // Each thread numbers the neighbors that it meets.
+        let numbers = 4 * v * (rayon::current_num_threads() as u64).min(1 + v / 10_000);
+        20 * v + 24 * t + (60 * v + 16 * t + numbers).max(again).max(fewer).max(cut)
     }
 
     fn check(&self, mesh: &Mesh, nodes: &Nodes, crowding: Option<&[f32]>) -> Result<(), Error> {

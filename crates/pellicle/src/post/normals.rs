@@ -38,22 +38,26 @@ pub(super) fn with_stars(
     control: &Control<'_>,
 ) -> Result<(), Error> {
     let vertices = &mesh.vertices;
+    let at = |v: u32| {
+        let [x, y, z] = vertices[v as usize];
+        Quad::load(&[x, y, z, 0.0])
+    };
     let of_vertex = |v: usize| {
-        let here = vertices[v];
-        let mut sum = [0.0; 3];
+        let here = at(v as u32);
+        let mut sum = Quad::splat(0.0);
         for corner in stars.corners(v) {
-            let [p, q] = corner.map(|n| vertices[n as usize]);
-            let normal = cross(subtract(p, here), subtract(q, here));
-            (0..3).for_each(|a| sum[a] += normal[a]);
+            let [p, q] = corner.map(at);
+            sum = sum + (p - here).cross(q - here);
         }
-        let [x, y, z] = unit(sum);
+        let [x, y, z, _] = sum.array();
+        let [x, y, z] = unit([x, y, z]);
         [x, y, z, 0.0]
     };
     // A fourth place, so that a normal is one load of four lanes.
-    values.set(vertices.len(), of_vertex);
+    values.set(rings, of_vertex);
     values.steps(rings, &[Mean], iterations, control)?;
     mesh.normals = filled([0.0; 3], vertices.len());
-    values.take_back(&mut mesh.normals);
+    values.take_back(rings, &mut mesh.normals);
     Ok(())
 }
 
@@ -63,26 +67,36 @@ struct Mean;
 impl Step for Mean {
     #[inline(always)]
     fn of(&self, here: Quad, sum: Quad, _: f32) -> Quad {
-        let sum = sum + here;
-        let [x_sq, y_sq, z_sq, _] = (sum * sum).array();
-        let length = (x_sq + y_sq + z_sq).sqrt();
-        sum * Quad::splat(if length > 0.0 { 1.0 / length } else { 0.0 })
+        sum + here
+    }
+
+    /// Lengths of four at a time: roots and quotients are slow.
+    #[inline(always)]
+    fn complete(&self, values: &mut [[f32; 4]]) {
+        let (fours, rest) = values.as_chunks_mut();
+        fours.iter_mut().for_each(normalise);
+        let mut last = [[0.0; 4]; 4];
+        last[..rest.len()].copy_from_slice(rest);
+        normalise(&mut last);
+        rest.copy_from_slice(&last[..rest.len()]);
     }
 }
 
-fn subtract(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+/// Makes four vectors as long as 1, but those of length 0.
+#[inline(always)]
+fn normalise(vectors: &mut [[f32; 4]; 4]) {
+    let rows = vectors.each_ref().map(Quad::load);
+    let [x, y, z, _] = Quad::transposed(rows);
+    let per = (x * x + y * y + z * z).one_over_root().array();
+    *vectors = std::array::from_fn(|i| (rows[i] * Quad::splat(per[i])).array());
 }
 
 /// In double precision, so that the tiny areas of a fine mesh do not vanish when squared.
 fn unit(v: [f32; 3]) -> [f32; 3] {
     let wide = v.map(f64::from);
     let length = wide.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if length > 0.0 { wide.map(|x| (x / length) as f32) } else { [0.0; 3] }
+    let per = if length > 0.0 { 1.0 / length } else { 0.0 };
+    wide.map(|x| (x * per) as f32)
 }
 
 #[cfg(test)]

@@ -158,14 +158,14 @@ pub(super) fn with_rings(
 ) -> Result<(), Error> {
     // The weight of each vertex travels with it, in the fourth place.
     let vertices = &mesh.vertices;
-    values.set(vertices.len(), |v| {
+    values.set(rings, |v| {
         let [x, y, z] = vertices[v];
         [x, y, z, weight(v)]
     });
     let shares = smoothing.filter.steps(smoothing.strength).into_iter().filter(|share| *share != 0.0);
     let cycle: Vec<Relax> = shares.map(|share| Relax { share }).collect();
     values.steps(rings, &cycle, smoothing.iterations, control)?;
-    values.take_back(&mut mesh.vertices);
+    values.take_back(rings, &mut mesh.vertices);
     Ok(())
 }
 
@@ -177,13 +177,10 @@ struct Relax {
 impl Step for Relax {
     #[inline(always)]
     fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad {
-        let [.., weight] = here.array();
+        let weight = here.last();
+        let to = here + Quad::splat(self.share) * weight * (sum * Quad::splat(per) - here);
         // What stays does so even beside what is not finite.
-        if weight == 0.0 {
-            return here;
-        }
-        let to = here + Quad::splat(self.share * weight) * (sum * Quad::splat(per) - here);
-        to.with_last_of(here)
+        to.first_where(weight, here)
     }
 }
 

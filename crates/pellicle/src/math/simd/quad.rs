@@ -36,14 +36,59 @@ impl Quad {
         to
     }
 
-    /// The fourth lane replaced by that of another.
+    /// The fourth in every lane.
     #[inline(always)]
-    pub(crate) fn with_last_of(self, other: Self) -> Self {
+    pub(crate) fn last(self) -> Self {
+        // SAFETY: as in `load`.
+        Self(unsafe { _mm_shuffle_ps::<0b11_11_11_11>(self.0, self.0) })
+    }
+
+    /// The first three lanes where those of `mask` are not 0, and all else from `other`.
+    #[inline(always)]
+    pub(crate) fn first_where(self, mask: Self, other: Self) -> Self {
         // SAFETY: as in `load`.
         Self(unsafe {
-            let ends = _mm_shuffle_ps::<0b11_11_10_10>(self.0, other.0);
-            _mm_shuffle_ps::<0b10_00_01_00>(self.0, ends)
+            let first = _mm_castsi128_ps(_mm_setr_epi32(-1, -1, -1, 0));
+            let mask = _mm_and_ps(first, _mm_cmpneq_ps(mask.0, _mm_setzero_ps()));
+            _mm_or_ps(_mm_and_ps(mask, self.0), _mm_andnot_ps(mask, other.0))
         })
+    }
+
+    /// 1 over the square root where this is greater than 0, else 0.
+    #[inline(always)]
+    pub(crate) fn one_over_root(self) -> Self {
+        // SAFETY: as in `load`.
+        Self(unsafe {
+            let one_over = _mm_div_ps(_mm_set1_ps(1.0), _mm_sqrt_ps(self.0));
+            _mm_and_ps(_mm_cmpgt_ps(self.0, _mm_setzero_ps()), one_over)
+        })
+    }
+
+    /// First lanes, second lanes and so on, of four.
+    #[inline(always)]
+    pub(crate) fn transposed([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+        // SAFETY: as in `load`.
+        unsafe {
+            let (low, low_later) = (_mm_unpacklo_ps(a.0, b.0), _mm_unpacklo_ps(c.0, d.0));
+            let (high, high_later) = (_mm_unpackhi_ps(a.0, b.0), _mm_unpackhi_ps(c.0, d.0));
+            [
+                Self(_mm_movelh_ps(low, low_later)),
+                Self(_mm_movehl_ps(low_later, low)),
+                Self(_mm_movelh_ps(high, high_later)),
+                Self(_mm_movehl_ps(high_later, high)),
+            ]
+        }
+    }
+
+    /// The cross product of the first three lanes; what the fourth is means nothing.
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        // SAFETY: as in `load`.
+        unsafe {
+            let turned = |v| _mm_shuffle_ps::<0b11_00_10_01>(v, v);
+            let (to, from) = (_mm_mul_ps(self.0, turned(other.0)), _mm_mul_ps(turned(self.0), other.0));
+            Self(turned(_mm_sub_ps(to, from)))
+        }
     }
 }
 
@@ -103,11 +148,35 @@ impl Quad {
         self.0
     }
 
-    /// The fourth lane replaced by that of another.
+    /// The fourth in every lane.
     #[inline(always)]
-    pub(crate) fn with_last_of(self, other: Self) -> Self {
-        let [x, y, z, _] = self.0;
-        Self([x, y, z, other.0[3]])
+    pub(crate) fn last(self) -> Self {
+        Self([self.0[3]; 4])
+    }
+
+    /// The first three lanes where those of `mask` are not 0, and all else from `other`.
+    #[inline(always)]
+    pub(crate) fn first_where(self, mask: Self, other: Self) -> Self {
+        Self(std::array::from_fn(|i| if i < 3 && mask.0[i] != 0.0 { self.0[i] } else { other.0[i] }))
+    }
+
+    /// 1 over the square root where this is greater than 0, else 0.
+    #[inline(always)]
+    pub(crate) fn one_over_root(self) -> Self {
+        Self(self.0.map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 }))
+    }
+
+    /// First lanes, second lanes and so on, of four.
+    #[inline(always)]
+    pub(crate) fn transposed(rows: [Self; 4]) -> [Self; 4] {
+        std::array::from_fn(|lane| Self(rows.map(|row| row.0[lane])))
+    }
+
+    /// The cross product of the first three lanes; what the fourth is means nothing.
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        let ([a, b, c, _], [x, y, z, _]) = (self.0, other.0);
+        Self([b * z - c * y, c * x - a * z, a * y - b * x, 0.0])
     }
 }
 
@@ -154,6 +223,13 @@ mod tests {
         assert_eq!((x - y).array(), each(|a, b| a - b));
         assert_eq!((x * y).array(), each(|a, b| a * b));
         assert_eq!(Quad::splat(2.5).array(), [2.5; 4]);
-        assert_eq!(x.with_last_of(y).array(), [1.1, -2.7, 0.3, 3.3]);
+        assert_eq!(x.last().array(), [9.0; 4]);
+        let mask = Quad::load(&[0.0, f32::NAN, -0.0, 1.0]);
+        assert_eq!(x.first_where(mask, y).array(), [0.7, -2.7, -0.0, 3.3]);
+        assert_eq!(y.one_over_root().array(), b.map(|v| if v > 0.0 { 1.0 / v.sqrt() } else { 0.0 }));
+        let columns = Quad::transposed([x, y, y, x]).map(Quad::array);
+        assert_eq!(columns, [0, 1, 2, 3].map(|i| [a[i], b[i], b[i], a[i]]));
+        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        assert_eq!(x.cross(y).array()[..3], cross);
     }
 }
