@@ -23,9 +23,9 @@ pub(crate) const BOX: usize = 4;
 /// Relative margin of the bounds: more than the rounding of a sum of 1,500 terms in `f32`.
 pub(crate) const MARGIN: f32 = 1e-4;
 /// More than a distance within a block is off by rounding, in cells.
-pub(super) const SLACK: f32 = 2e-5;
+const SLACK: f32 = 2e-5;
 /// Where the boxes of a row begin, in cells.
-pub(super) const STARTS: [f32; LANES] = {
+const STARTS: [f32; LANES] = {
     let mut starts = [0.0; LANES];
     let mut i = 0;
     while i < LANES {

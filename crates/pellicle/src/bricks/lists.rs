@@ -1,48 +1,54 @@
 //! The particles that reach the bricks of one layer of a block: a two-dimensional insertion, one list a brick.
 //!
-//! A brick is 4×4×4 nodes of the lattice, 4-aligned in the world. First the bricks are found that a particle's reach touches,
-//! and what bounds say of them: where contributions are not negative and never grow with the distance, the field within a
-//! brick lies between the sum of what each particle brings at its largest distance from the brick's nodes and the sum of
-//! what it brings at its least. Particles are then entered in those bricks alone that this does not decide. Only one
-//! layer's lists exist at a time (two while the slabs between them are marched), so that memory follows the area of a layer,
-//! not the volume of a block.
+//! A brick is 4×4×4 nodes of the lattice, 4-aligned in the world. Every particle is tried against 4×4 bricks at once and
+//! entered in those that it reaches. Only one layer's lists exist at a time (two while the slabs between them are marched),
+//! so that memory follows the area of a layer, not the volume of a block.
 //!
 //! ```text
 //! seen      a particle as the layer sees it, 48 bytes: whole and broken part of x, y; (z − plane)²/R² of the four planes
-//! spans     which of the seen, row of bricks, one bit for each brick of the row that it reaches
-//! bounds    upper, lower: 16 a row of bricks;  open, inside: one bit a brick
-//! range     brick ──► its entries                 (counted while spans are noted: no linked lists)
-//! entries   which of the seen
+//! touches   which of 4×4 bricks one of the seen reaches, a few of them, before they are entered
+//! chains    brick ──► its first and last piece, and how many entries it has
+//! pieces    16 entries, each one of the seen;  next: the piece behind it
 //! ```
 //!
 //! Within a list entries come in canonical order: by nearest node along z, then by the caller's index. Distances are formed
 //! from whole cells, which are exact in any frame, and fractions of a cell apart, so they do not depend on the block that
 //! has the brick: a node has the same value in every block, to the last bit. At the block's far faces bricks have but one
-//! plane of nodes; they are bounded and entered as what they are.
+//! plane of nodes, and are entered as what they are.
 //!
-//! Memory: 48 bytes a particle of the layer, 8 a span, 4 an entry.
+//! Nothing is bounded first: for each particle and brick, bounds by the least and the largest distance cost as much as the
+//! values of all 64 nodes, whose lanes are full.
+//!
+//! Memory: 48 bytes a particle of the layer, 68 for every 16 entries of a brick begun.
 //!
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 6, whose last paragraphs propose
-//! projections of one slab each; interval bounds are Snyder 1992, Interval analysis for computer graphics. Lists of whole
-//! bricks, so that lanes are nodes, are this project's.
+//! projections of one slab each. Lists of whole bricks, so that lanes are nodes, are this project's.
 
-use super::boxes::{BOX, MARGIN, SLACK, STARTS};
 use crate::{
-    field::falloff::Falloff,
     lattice::{BRICK, Coord},
     lookup::columns::{Extent, Near, Placed, provide},
-    math::{
-        bits::ones,
-        simd::{LANES, Simd},
-    },
+    math::simd::{LANES, Simd},
 };
 
 /// Nodes of a brick along an axis.
 pub(crate) const SIDE: usize = BRICK as usize;
-const _: () = assert!(SIDE == BOX, "bricks begin where boxes do");
 
-/// More than the end of a reach within a block is off by rounding, in cells.
-const CLOSE: f32 = 1e-3;
+/// More than a distance within a block is off by rounding, in cells.
+const CLOSE: f32 = 1e-4;
+
+/// Where 4×4 bricks begin along x and y, from the first.
+const ACROSS_X: [f32; LANES] = across(1);
+const ACROSS_Y: [f32; LANES] = across(SIDE);
+
+const fn across(step: usize) -> [f32; LANES] {
+    let mut to = [0.0; LANES];
+    let mut lane = 0;
+    while lane < LANES {
+        to[lane] = (SIDE * (lane / step % SIDE)) as f32;
+        lane += 1;
+    }
+    to
+}
 
 /// One particle as the bricks of a layer see it, lengths in cells.
 #[derive(Debug, Clone, Copy)]
@@ -140,20 +146,11 @@ impl Heights {
     }
 }
 
-/// The bricks of one row that one of the seen reaches.
-#[derive(Debug, Clone, Copy)]
-struct Span {
-    seen: u32,
-    row: u16,
-    bricks: u16,
-}
-
 /// How much room the largest layer so far needed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Room {
-    entries: usize,
+    pieces: usize,
     seen: usize,
-    spans: usize,
     bricks: usize,
     rows: usize,
     particles: usize,
@@ -165,9 +162,8 @@ impl Room {
     /// Room for both.
     pub(crate) fn join(&self, other: &Self) -> Self {
         Self {
-            entries: self.entries.max(other.entries),
+            pieces: self.pieces.max(other.pieces),
             seen: self.seen.max(other.seen),
-            spans: self.spans.max(other.spans),
             bricks: self.bricks.max(other.bricks),
             rows: self.rows.max(other.rows),
             particles: self.particles.max(other.particles),
@@ -182,227 +178,237 @@ impl Room {
     }
 }
 
+/// Entries of a piece of a list.
+const PIECE: usize = 16;
+
+/// One brick's list: pieces, each with the number of the next one.
+#[derive(Debug, Clone, Copy, Default)]
+struct Chain {
+    head: u32,
+    tail: u32,
+    len: u32,
+}
+
 /// The lists of one layer. Reusable: [`begin`](Self::begin) keeps the memory.
 #[derive(Default)]
 pub(crate) struct Lists {
-    /// Bricks along x and y, and the layer's first node.
-    count: [usize; 2],
+    /// Bricks along x.
+    width: u32,
+    /// The layer's first node, and its last, counted from there.
     first: Coord,
-    /// Coordinate of a brick's last node, counted from its first: along x brick by brick, along y of the last row, along z.
-    last_x: [f32; LANES],
-    last_y: f32,
-    last_z: f32,
+    last: Coord,
     seen: Vec<Seen>,
-    spans: Vec<Span>,
-    upper: Vec<f32>,
-    lower: Vec<f32>,
-    /// How many reach each brick: 16 a row.
-    reaching: Vec<f32>,
-    /// For each row of bricks: those that bounds do not decide, and those that are inside for certain.
-    pub(crate) open: Vec<u16>,
-    pub(crate) inside: Vec<u16>,
-    range: Vec<[u32; 2]>,
-    /// Entries in use; the array behind them may be longer.
-    len: usize,
-    entries: Vec<u32>,
-    longest: usize,
+    chains: Vec<Chain>,
+    pieces: Vec<[u32; PIECE]>,
+    /// For each piece, the one behind it.
+    next: Vec<u32>,
+    /// For each row of bricks, those that a particle reaches.
+    pub(crate) reached: Vec<u16>,
 }
 
-/// One brick's list.
+/// One brick's list: in canonical order, which of the seen.
 #[derive(Clone, Copy)]
 pub(crate) struct List<'a> {
-    /// In canonical order, which of the seen.
-    pub(crate) entries: &'a [u32],
+    chain: Chain,
+    pieces: &'a [[u32; PIECE]],
+    next: &'a [u32],
     pub(crate) seen: &'a [Seen],
     /// The brick's first node along x and y, from the block's.
     pub(crate) first: [f32; 2],
 }
 
-impl Lists {
-    /// Finds what reaches the bricks of layer `layer` of a block, decides by bounds what can be decided, and makes lists for
-    /// the other bricks. Without a falloff nothing is decided.
+/// Most touches that are noted before they are entered.
+const TOUCHES: usize = 32;
+
+/// Which of 4×4 bricks, at least one, a particle reaches; the first of the sixteen; which of the seen.
+#[derive(Debug, Clone, Copy, Default)]
+struct Touch {
+    bricks: u32,
+    first: u32,
+    seen: u32,
+}
+
+/// Touches to be entered, and how many bricks they have.
+#[derive(Default)]
+struct Touches {
+    list: [Touch; TOUCHES],
+    len: usize,
+    bricks: u32,
+}
+
+/// Goes over a list, a piece at a time.
+pub(crate) struct Pieces<'a> {
+    list: List<'a>,
+}
+
+impl<'a> Iterator for Pieces<'a> {
+    type Item = &'a [u32];
+
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the layer, the field and the particles, each in two parts")]
-    pub(crate) fn begin<S: Simd, W: Falloff>(
+    fn next(&mut self) -> Option<&'a [u32]> {
+        let Chain { head, len, .. } = &mut self.list.chain;
+        if *len == 0 {
+            return None;
+        }
+        let (piece, here) = (*head as usize, (*len as usize).min(PIECE));
+        (*head, *len) = (self.list.next[piece], *len - here as u32);
+        Some(&self.list.pieces[piece][..here])
+    }
+}
+
+impl Lists {
+    /// Finds what reaches the bricks of layer `layer` of a block.
+    #[inline(always)]
+    pub(crate) fn begin<S: Simd>(
         &mut self,
         s: S,
-        falloff: Option<&W>,
-        iso: f32,
         extent: Extent,
         layer: usize,
         particles: &[Placed],
         heights: &Heights,
     ) {
-        self.clear(extent, layer);
-        for &i in heights.of_layer(layer) {
-            self.touch(s, falloff, i, &particles[i as usize]);
-        }
-        let all = ((1u32 << self.count[0]) - 1) as u16;
-        for row in 0..self.count[1] {
-            if falloff.is_some() && self.open[row] != 0 {
-                let (upper, lower) = (s.load(&self.upper[LANES * row..]), s.load(&self.lower[LANES * row..]));
-                self.open[row] &= s.gt(upper, s.splat(iso * (1.0 - MARGIN)));
-                self.inside[row] = self.open[row] & s.gt(lower, s.splat(iso * (1.0 + MARGIN)));
-                self.open[row] &= !self.inside[row];
-            }
-            self.open[row] &= all;
-            self.inside[row] &= all;
-        }
-        let open = std::mem::take(&mut self.open);
-        self.add(&open);
-        self.open = open;
-    }
-
-    fn clear(&mut self, extent: Extent, layer: usize) {
-        let last = |a: usize, brick: usize| (SIDE.min(extent.nodes[a] - SIDE * brick) - 1) as f32;
         let [width, rows] = [0, 1].map(|a| extent.nodes[a].div_ceil(SIDE));
-        (self.count, self.first) = ([width, rows], extent.first);
+        (self.width, self.first, self.last) = (width as u32, extent.first, extent.nodes.map(|nodes| nodes as i32 - 1));
         self.first[2] += (SIDE * layer) as i32;
-        self.last_x = [last(0, 0); LANES];
-        self.last_x[width - 1] = last(0, width - 1);
-        (self.last_y, self.last_z) = (last(1, rows - 1), last(2, layer));
+        self.last[2] = (self.last[2] - (SIDE * layer) as i32).min(BRICK - 1);
         self.seen.clear();
-        self.spans.clear();
-        for sums in [&mut self.upper, &mut self.lower, &mut self.reaching] {
-            sums.clear();
-            sums.resize(LANES * rows, 0.0);
+        self.pieces.clear();
+        self.next.clear();
+        self.chains.clear();
+        self.chains.resize(width * rows, Chain::default());
+        self.reached.clear();
+        self.reached.resize(rows, 0);
+        let mut touches = Touches::default();
+        for &i in heights.of_layer(layer) {
+            self.touch(s, &mut touches, heights.reach, i, &particles[i as usize]);
         }
-        for bits in [&mut self.open, &mut self.inside] {
-            bits.clear();
-            bits.resize(rows, 0);
-        }
-        self.range.clear();
-        self.range.resize(width * rows, [0; 2]);
-        (self.len, self.longest) = (0, 0);
+        self.enter(&mut touches);
     }
 
-    /// Notes the bricks that a particle reaches, and adds it to their bounds.
+    /// Notes the bricks that a particle reaches, 4×4 of which are one vector; it reaches no node more than `nodes` from its own.
     #[inline(always)]
-    fn touch<S: Simd, W: Falloff>(&mut self, s: S, falloff: Option<&W>, index: u32, p: &Placed) {
-        let [x, y, z] = position(p, self.first);
-        let reach_sq = p.reach * p.reach;
-        let [near_z, far_z] = squares(z, self.last_z);
-        if near_z >= reach_sq {
+    fn touch<S: Simd>(&mut self, s: S, touches: &mut Touches, nodes: i32, index: u32, p: &Placed) {
+        let seen = Seen::new(index, p, self.first);
+        // A little more than its reach, which makes up for all rounding.
+        let reach = p.reach + CLOSE;
+        let near_z = (-seen.z).max(seen.z - self.last[2] as f32).max(0.0);
+        let left = reach * reach - near_z * near_z;
+        if left <= 0.0 {
             return;
         }
-        let (seen, side) = (self.seen.len() as u32, SIDE as f32);
-        // Rows that are reached for certain, and perhaps one more where it is close.
-        let along_y = (reach_sq - near_z).sqrt() + CLOSE;
-        let low = ((y - along_y + 1.0) / side).max(0.0) as usize;
-        let high = (((y + along_y) / side + 1.0).max(0.0) as usize).min(self.count[1]);
-        let (zero, one) = (s.splat(0.0), s.splat(1.0));
-        let x = s.sub(s.splat(x), s.load(&STARTS));
-        let beyond = s.sub(x, s.load(&self.last_x));
-        let near = s.max(s.sub(s.max(s.sub(zero, x), beyond), s.splat(SLACK)), zero);
-        let far = s.add(s.max(x, s.sub(zero, beyond)), s.splat(SLACK));
-        let (near, far) = (s.mul(near, near), s.mul(far, far));
-        let (reach, per_reach_sq, strength) = (s.splat(reach_sq), s.splat(1.0 / reach_sq), s.splat(p.strength));
-        for row in low..high {
-            let last = if row + 1 == self.count[1] { self.last_y } else { (SIDE - 1) as f32 };
-            let [near_y, far_y] = squares(y - (SIDE * row) as f32, last);
-            let near = s.add(near, s.splat(near_y + near_z));
-            let bricks = s.gt(reach, near);
-            if bricks == 0 {
-                continue;
-            }
-            self.spans.push(Span { seen, row: row as u16, bricks });
-            self.open[row] |= bricks;
-            let lanes = LANES * row..LANES * row + LANES;
-            let counts = &mut self.reaching[lanes.clone()];
-            s.store(s.add(s.load(counts), s.select(bricks, one, zero)), counts);
-            if let Some(falloff) = falloff {
-                let sums = &mut self.upper[lanes.clone()];
-                let u = s.max(s.sub(one, s.mul(near, per_reach_sq)), zero);
-                s.store(s.add(s.load(sums), s.mul(strength, falloff.value(s, u))), sums);
-                if far_y + far_z < reach_sq {
-                    let far = s.add(far, s.splat(far_y + far_z));
-                    let sums = &mut self.lower[lanes];
-                    let u = s.max(s.sub(one, s.mul(far, per_reach_sq)), zero);
-                    s.store(s.add(s.load(sums), s.mul(strength, falloff.value(s, u))), sums);
+        let number = self.seen.len() as u32;
+        self.seen.push(seen);
+        let left = s.splat(left);
+        let at = [0, 1].map(|a| p.node[a] - self.first[a]);
+        let [first_column, first_row] = at.map(|at| (at - nodes).max(0) / BRICK);
+        let [columns, rows] = [0, 1].map(|a| ((at[a] + nodes).min(self.last[a]) + BRICK) / BRICK);
+        for row in (first_row..rows).step_by(SIDE) {
+            let near_y = near(s, &ACROSS_Y, at[1] - BRICK * row, p.offset[1], self.last[1] - BRICK * row);
+            let those = 0xffffu32 >> (4 * (4 - (rows - row).min(4)));
+            for column in (first_column..columns).step_by(SIDE) {
+                let near_x = near(s, &ACROSS_X, at[0] - BRICK * column, p.offset[0], self.last[0] - BRICK * column);
+                let those = those & (0x1111 * ((1u32 << (columns - column).min(4)) - 1));
+                let bricks = u32::from(s.gt(left, s.add(near_x, near_y))) & those;
+                let first = column as u32 + self.width * row as u32;
+                touches.list[touches.len % TOUCHES] = Touch { bricks, first, seen: number };
+                touches.len += usize::from(bricks != 0);
+                touches.bricks += bricks.count_ones();
+                if touches.len == TOUCHES {
+                    self.enter(touches);
                 }
             }
         }
-        if self.spans.last().is_some_and(|span| span.seen == seen) {
-            self.seen.push(Seen::new(index, p, self.first));
-        }
     }
 
-    /// Makes lists for bricks, one bit each, row by row, that have none yet, behind those that there are.
-    #[inline(always)]
-    pub(crate) fn add(&mut self, bricks: &[u16]) {
-        let width = self.count[0];
-        for (row, &listed) in bricks.iter().enumerate() {
-            for column in ones(listed.into()) {
-                let count = self.reaching[LANES * row + column] as usize;
-                self.range[row * width + column] = [self.len as u32; 2];
-                self.len += count;
-                self.longest = self.longest.max(count);
+    /// Enters the particles in the lists of the bricks that they reach. Bricks come one by one, whosesoever they are: a loop
+    /// over each particle's would end where nobody can foretell.
+    #[inline(never)]
+    fn enter(&mut self, touches: &mut Touches) {
+        let across: [u32; LANES] = std::array::from_fn(|lane| (lane % SIDE) as u32 + self.width * (lane / SIDE) as u32);
+        let (mut at, mut touch) = (0, touches.list[0]);
+        for _ in 0..touches.bricks {
+            let brick = touch.first + across[touch.bricks.trailing_zeros() as usize % LANES];
+            let chain = &mut self.chains[brick as usize];
+            let place = chain.len as usize % PIECE;
+            if place == 0 {
+                let piece = self.pieces.len() as u32;
+                if chain.len == 0 {
+                    chain.head = piece;
+                    self.reached[(brick / self.width) as usize] |= 1 << (brick % self.width);
+                } else {
+                    self.next[chain.tail as usize] = piece;
+                }
+                chain.tail = piece;
+                self.pieces.push([0; PIECE]);
+                self.next.push(0);
             }
+            self.pieces[chain.tail as usize][place] = touch.seen;
+            chain.len += 1;
+            touch.bricks &= touch.bricks - 1;
+            let done = touch.bricks == 0;
+            at += usize::from(done);
+            let then = touches.list[at % TOUCHES];
+            touch = if done { then } else { touch };
         }
-        // What is there is not cleared: every entry is written.
-        self.entries.resize(self.len.max(self.entries.len()), 0);
-        for span in &self.spans {
-            let row = usize::from(span.row);
-            let mut listed = span.bricks & bricks[row];
-            let ranges = &mut self.range[row * width..];
-            while listed != 0 {
-                let end = &mut ranges[listed.trailing_zeros() as usize][1];
-                self.entries[*end as usize] = span.seen;
-                *end += 1;
-                listed &= listed - 1;
-            }
-        }
+        (touches.len, touches.bricks) = (0, 0);
     }
 
     /// Number of entries.
     pub(crate) fn entries(&self) -> usize {
-        self.len
+        self.chains.iter().map(|chain| chain.len as usize).sum()
     }
 
-    /// The list of one brick; empty for one that has none.
+    /// The list of one brick.
     #[inline(always)]
     pub(crate) fn list(&self, brick: usize) -> List<'_> {
-        let [first, end] = self.range[brick].map(|at| at as usize);
-        let width = self.count[0];
-        let first_node = [brick % width, brick / width].map(|at| (SIDE * at) as f32);
-        List { entries: &self.entries[first..end], seen: &self.seen, first: first_node }
+        let width = self.width as usize;
+        let first = [brick % width, brick / width].map(|at| (SIDE * at) as f32);
+        List { chain: self.chains[brick], pieces: &self.pieces, next: &self.next, seen: &self.seen, first }
     }
 
     /// The room that the present layer needs.
     pub(crate) fn room(&self, heights: &Heights) -> Room {
         Room {
-            entries: self.len,
+            pieces: self.pieces.len(),
             seen: self.seen.len(),
-            spans: self.spans.len(),
-            bricks: self.range.len(),
-            rows: self.open.len(),
+            bricks: self.chains.len(),
+            rows: self.reached.len(),
             particles: heights.order.len(),
             bins: heights.bins.len(),
-            longest: self.longest,
+            longest: self.chains.iter().map(|chain| chain.len as usize).max().unwrap_or(0),
         }
     }
 
     /// Makes room, so that layers as large need no allocation.
     pub(crate) fn provide(&mut self, room: &Room) {
-        for v in [&mut self.upper, &mut self.lower, &mut self.reaching] {
-            provide(v, LANES * room.rows);
-        }
-        for v in [&mut self.open, &mut self.inside] {
-            provide(v, room.rows);
-        }
-        provide(&mut self.range, room.bricks);
-        provide(&mut self.entries, room.entries);
+        provide(&mut self.pieces, room.pieces);
+        provide(&mut self.next, room.pieces);
         provide(&mut self.seen, room.seen);
-        provide(&mut self.spans, room.spans);
+        provide(&mut self.chains, room.bricks);
+        provide(&mut self.reached, room.rows);
     }
 
     /// Bytes in use, for the present layer.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.seen[..])
-            + size_of_val(&self.spans[..])
-            + 4 * (self.len + self.upper.len() + self.lower.len() + self.reaching.len())
-            + size_of_val(&self.range[..])
-            + 4 * self.open.len()
+            + size_of_val(&self.pieces[..])
+            + size_of_val(&self.next[..])
+            + size_of_val(&self.chains[..])
+            + size_of_val(&self.reached[..])
+    }
+}
+
+impl<'a> List<'a> {
+    /// Its entries, some at a time.
+    #[inline(always)]
+    pub(crate) fn pieces(&self) -> Pieces<'a> {
+        Pieces { list: *self }
+    }
+
+    /// How many particles.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.chain.len as usize
     }
 }
 
@@ -410,7 +416,7 @@ impl List<'_> {
     /// Finds the particles that reach one node of the brick.
     pub(crate) fn find(&self, node: [usize; 3], near: &mut Near) {
         near.clear();
-        for &i in self.entries {
+        for &i in self.pieces().flatten() {
             let seen = &self.seen[i as usize];
             let [dx, dy] = [0, 1].map(|a| (self.first[a] + node[a] as f32 - seen.node[a]) - seen.offset[a]);
             let u = 1.0 - (dx * dx + dy * dy) * seen.per_reach_sq - seen.rest[node[2]];
@@ -421,17 +427,14 @@ impl List<'_> {
     }
 }
 
-/// Where a particle is from a node, in cells.
+/// Squares of the least distances along an axis from 16 bricks, whose first nodes are given, to `node` and `offset`; the last
+/// brick ends at `last`.
 #[inline(always)]
-fn position(p: &Placed, from: Coord) -> [f32; 3] {
-    [0, 1, 2].map(|a| (p.node[a] - from[a]) as f32 + p.offset[a])
-}
-
-/// Squares of the least and the largest distance along an axis from nodes 0 to `last`, a little too small and large.
-#[inline(always)]
-fn squares(at: f32, last: f32) -> [f32; 2] {
-    let (near, far) = (((-at).max(at - last) - SLACK).max(0.0), at.max(last - at) + SLACK);
-    [near * near, far * far]
+fn near<S: Simd>(s: S, firsts: &[f32; LANES], node: i32, offset: f32, last: i32) -> S::F {
+    let (at, firsts) = (s.splat(node as f32 + offset), s.load(firsts));
+    let lasts = s.min(s.add(firsts, s.splat((SIDE - 1) as f32)), s.splat(last as f32));
+    let near = s.max(s.max(s.sub(firsts, at), s.sub(at, lasts)), s.splat(0.0));
+    s.mul(near, near)
 }
 
 #[cfg(test)]

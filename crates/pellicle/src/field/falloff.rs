@@ -24,7 +24,7 @@ use crate::math::simd::{LANES, Portable};
 pub trait Falloff: Copy + Send + Sync {
     /// Value of u = 1 − (d/R)², which is at least 0; exactly 0 there.
     fn value<S: Simd>(&self, s: S, u: S::F) -> S::F;
-    /// Its derivative by u, at least 0.
+    /// Its derivative by u, at least 0; at u = 0 exactly 0, where nothing is reached any more.
     fn slope<S: Simd>(&self, s: S, u: S::F) -> S::F;
 }
 
@@ -117,7 +117,7 @@ impl Falloff for InverseSquare {
         let q = s.sub(s.splat(1.0), u);
         let held = s.max(q, s.splat(HELD));
         let slope = s.div(s.splat(self.radius_sq), s.mul(held, held));
-        s.select(s.gt(s.splat(HELD), q), s.splat(0.0), slope)
+        s.select(s.gt(s.splat(HELD), q), s.splat(0.0), s.select(s.gt(u, s.splat(0.0)), slope, s.splat(0.0)))
     }
 }
 
@@ -177,8 +177,9 @@ mod tests {
     #[test]
     fn slopes_are_derivatives_and_values_never_fall() {
         each(|name, value, slope, textbook| {
+            assert_eq!(slope(0.0), 0.0, "{name}");
             let mut last = 0.0;
-            for i in 0..=990 {
+            for i in 1..=990 {
                 let u = f64::from(i) / 1000.0;
                 let e = 1e-6;
                 let by_difference = (textbook((1.0 - u - e).sqrt()) - textbook((1.0 - u + e).sqrt())) / (2.0 * e);

@@ -51,16 +51,18 @@ pub(super) fn values<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usiz
     let (xs, ys) = nodes(s, list);
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
     let mut sums = [zero; PLANES];
-    for &i in list.entries {
-        let seen = &list.seen[i as usize];
-        let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
-        let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
-        for plane in 0..PLANES {
-            let u = s.max(s.sub(flat, s.splat(seen.rest[plane])), zero);
-            let value = falloff.value(s, u);
-            let value = if VARIED { s.mul(value, s.splat(seen.strength)) } else { value };
-            sums[plane] = s.add(sums[plane], value);
+    for piece in list.pieces() {
+        for &i in piece {
+            let seen = &list.seen[i as usize];
+            let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
+            let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
+            let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
+            for plane in 0..PLANES {
+                let u = s.max(s.sub(flat, s.splat(seen.rest[plane])), zero);
+                let value = falloff.value(s, u);
+                let value = if VARIED { s.mul(value, s.splat(seen.strength)) } else { value };
+                sums[plane] = s.add(sums[plane], value);
+            }
         }
     }
     let mut inside = 0;
@@ -83,20 +85,22 @@ pub(super) fn outward<S: Simd, W: Falloff, const VARIED: bool, const PLANES: usi
     let (xs, ys) = nodes(s, list);
     let (zero, one) = (s.splat(0.0), s.splat(1.0));
     let mut sums = [[zero; 3]; PLANES];
-    for &i in list.entries {
-        let seen = &list.seen[i as usize];
-        let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
-        let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
-        let factor = if VARIED { seen.strength * seen.per_reach_sq } else { 1.0 };
-        for plane in 0..PLANES {
-            let u = s.max(s.sub(flat, s.splat(seen.rest[first + plane])), zero);
-            let slope = s.select(s.gt(u, zero), falloff.slope(s, u), zero);
-            let slope = if VARIED { s.mul(slope, s.splat(factor)) } else { slope };
-            let dz = s.splat((first + plane) as f32 - seen.z);
-            sums[plane][0] = s.add(sums[plane][0], s.mul(slope, dx));
-            sums[plane][1] = s.add(sums[plane][1], s.mul(slope, dy));
-            sums[plane][2] = s.add(sums[plane][2], s.mul(slope, dz));
+    for piece in list.pieces() {
+        for &i in piece {
+            let seen = &list.seen[i as usize];
+            let (dx, dy) = (seen.away(s, xs, 0), seen.away(s, ys, 1));
+            let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
+            let flat = s.sub(one, s.mul(flat, s.splat(seen.per_reach_sq)));
+            let factor = if VARIED { seen.strength * seen.per_reach_sq } else { 1.0 };
+            for plane in 0..PLANES {
+                let u = s.max(s.sub(flat, s.splat(seen.rest[first + plane])), zero);
+                let slope = falloff.slope(s, u);
+                let slope = if VARIED { s.mul(slope, s.splat(factor)) } else { slope };
+                let dz = s.splat((first + plane) as f32 - seen.z);
+                sums[plane][0] = s.add(sums[plane][0], s.mul(slope, dx));
+                sums[plane][1] = s.add(sums[plane][1], s.mul(slope, dy));
+                sums[plane][2] = s.add(sums[plane][2], s.mul(slope, dz));
+            }
         }
     }
     for plane in 0..PLANES {

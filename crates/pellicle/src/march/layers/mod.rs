@@ -7,9 +7,9 @@
 //! slab z      two slices' vertex numbers (x, y) and those between them (z); cells to do: one bit each
 //! ```
 //!
-//! A brick is 4×4×4 nodes. Bounds prove some bricks of a layer to be on one side; the particles that reach the others are
-//! entered in one list a brick ([`lists`](crate::bricks::lists)), and all their nodes are evaluated, 16 at a time. So nothing
-//! is missed, no cube need be followed from another, and a block needs no margin.
+//! A brick is 4×4×4 nodes. The particles that reach a layer's bricks are entered in one list a brick
+//! ([`lists`](crate::bricks::lists)), and all nodes of bricks that have any are evaluated, 16 at a time. So nothing is missed,
+//! no cube need be followed from another, and a block needs no margin.
 //!
 //! Then the layer below is finished: the nodes at ends of crossed edges are found by shift and exclusive-or of the bricks'
 //! bits; those get values, outward vectors and user data, whole planes of a brick at once; then each of its four slabs gets
@@ -184,7 +184,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             }
         }
         here.begin(bricks);
-        here.lists.begin(s, scene.blend.falloff(), scene.iso, extent, layer, scene.particles, &work.heights);
+        here.lists.begin(s, extent, layer, scene.particles, &work.heights);
     }
 
     /// Counts what a layer held, and how much room it needed.

@@ -1,4 +1,4 @@
-//! What nodes get besides their side: values where bounds decided it, outward vectors and user data at crossed edges.
+//! What nodes get: values; at crossed edges outward vectors and user data.
 //!
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 4: corner values, normals and user
 //! data are computed once and used again.
@@ -33,7 +33,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         let (lists, values) = self.work.layers[layer % 2].place(brick);
         let list = lists.list(brick);
         self.piece.counts.corners += (LANES * planes) as u64;
-        self.piece.counts.looked_at += (LANES * planes * list.entries.len()) as u64;
+        self.piece.counts.looked_at += (LANES * planes * list.len()) as u64;
         if let Some(falloff) = self.scene.blend.falloff() {
             // The highest layer has but one plane of the block.
             return match (B::WANT.varied, planes) {
@@ -44,7 +44,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             };
         }
         let mut inside = 0;
-        self.work.near.provide(list.entries.len() + 2 * LANES);
+        self.work.near.provide(list.len() + 2 * LANES);
         for (node, value) in values.iter_mut().enumerate().take(LANES * planes) {
             list.find(lane(node), &mut self.work.near);
             *value = self.scene.blend.value(s, &self.work.near, self.scene.particles);
@@ -58,20 +58,12 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     #[inline(always)]
     pub(super) fn prepare<S: Simd>(&mut self, s: S, extent: Extent, layer: usize, wanted: &Wanted, of: u64) {
         let [width, rows] = bricks_of(extent);
-        let here = &mut self.work.layers[layer % 2];
-        let (mut late, mut any_late) = (Wanted::default(), 0);
+        // No particle reaches some of those beside a crossing: their nodes are 0.
         for (row, &bricks) in wanted[..rows].iter().enumerate() {
             for column in ones(bricks.into()) {
-                late[row] |= u16::from(!here.is_filled(row * width + column)) << column;
-            }
-            any_late |= late[row];
-        }
-        if any_late != 0 {
-            // Bounds decided these bricks' sides, which their values cannot contradict; they stand beside a crossing.
-            here.lists.add(&late[..rows]);
-            for (row, &bricks) in late.iter().enumerate() {
-                for column in ones(bricks.into()) {
-                    self.fill(s, extent, layer, row * width + column);
+                let brick = row * width + column;
+                if !self.work.layers[layer % 2].is_filled(brick) {
+                    self.fill(s, extent, layer, brick);
                 }
             }
         }
@@ -112,7 +104,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         if !(by_node || shading.data()) {
             return;
         }
-        work.near.provide(list.entries.len() + 2 * LANES);
+        work.near.provide(list.len() + 2 * LANES);
         for node in ones(needed & !shade.nodes) {
             list.find(lane(node), &mut work.near);
             let place: [i32; 3] = [0, 1, 2].map(|a| first[a] + lane(node)[a] as i32);

@@ -30,19 +30,16 @@ const FIRST: [u64; 3] = [side_mask([-1, 0, 0]), side_mask([0, -1, 0]), side_mask
 pub(super) const LOWEST: u64 = FIRST[2];
 
 impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
-    /// Finds the side of every node of a layer: by bounds, or by its value.
+    /// Finds the side of every node of a layer.
     #[inline(always)]
     pub(super) fn find_sides<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
         let [width, rows] = bricks_of(extent);
         let is_last = [0, 1, 2].map(|a| (extent.nodes[a] - 1) / SIDE);
         for row in 0..rows {
             let lists = &self.work.layers[layer % 2].lists;
-            let (open, certain) = (lists.open[row], lists.inside[row]);
-            self.piece.counts.bounds += u64::from(open.count_ones() + certain.count_ones());
-            for column in ones((open | certain).into()) {
+            for column in ones(lists.reached[row].into()) {
                 let brick = row * width + column;
-                let is_open = open >> column & 1 == 1;
-                let mut inside = if is_open { self.fill(s, extent, layer, brick) } else { u64::MAX };
+                let mut inside = self.fill(s, extent, layer, brick);
                 for (a, at) in [column, row, layer].into_iter().enumerate() {
                     if at == is_last[a] {
                         inside = repeat(extent, a, inside);

@@ -7,8 +7,8 @@ use super::{NUMBERED, RING, Work, vertices::section};
 use crate::{
     lookup::columns::Extent,
     march::{
-        slices::{Blend, March, Rows, Sight, Skin, next},
-        tables::{CASES, edge_corner},
+        slices::{Blend, March, Rows, Sight, Skin, WIDEST, next},
+        tables::{CASES, MOST, edge_corner},
     },
     math::bits::ones,
 };
@@ -48,17 +48,17 @@ impl Slab<'_> {
     }
 
     #[inline(always)]
-    fn write(&self, x: usize, y: usize, to: &mut Vec<[u32; 3]>) {
+    fn write(&self, x: usize, y: usize, to: &mut [[u32; 3]]) -> usize {
         let entry = &CASES[self.case(x, y)];
         let len = usize::from(entry.len);
-        // Most cells have two: written without asking, and what is too much taken back.
-        to.extend_from_slice(&[self.numbered(x, y, entry.triangles[0]), self.numbered(x, y, entry.triangles[1])]);
-        if len < 2 {
-            to.truncate(to.len() - 2 + len);
-        }
+        let to = &mut to[..MOST];
+        // Most cells have two: written without asking, and what is too much is written over.
+        to[0] = self.numbered(x, y, entry.triangles[0]);
+        to[1] = self.numbered(x, y, entry.triangles[1]);
         for i in 2..len {
-            to.push(self.numbered(x, y, entry.triangles[i]));
+            to[i] = self.numbered(x, y, entry.triangles[i]);
         }
+        len
     }
 
     #[inline(always)]
@@ -87,15 +87,17 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             offsets,
             width,
         };
-        let mut count = 0;
+        let (mut count, mut row) = (0, [[0; 3]; MOST * WIDEST]);
         for y in ones(rows & ((1 << (extent.nodes[1] - 1)) - 1)) {
             let crossed = crossed(&slab, y, width);
             count += crossed.count_ones();
             match self.sight {
                 None => {
+                    let mut made = 0;
                     for x in ones(crossed) {
-                        slab.write(x, y, &mut self.piece.triangles);
+                        made += slab.write(x, y, &mut row[made..]);
                     }
+                    self.piece.triangles.extend_from_slice(&row[..made]);
                 }
                 Some(_) => work.todo.push_row(y, crossed),
             }

@@ -12,8 +12,6 @@ pub struct Counts {
     pub visited: u64,
     /// Corners whose value was computed.
     pub corners: u64,
-    /// Bricks of 4×4×4 corners that a pair of bounds was computed for.
-    pub bounds: u64,
     /// Corners whose normal or user data was computed.
     pub shaded: u64,
     /// Particles that were summed at corners: exactly those within reach. Not counted by a complete search, whose lanes
@@ -40,7 +38,6 @@ impl Counts {
         self.cubes += other.cubes;
         self.visited += other.visited;
         self.corners += other.corners;
-        self.bounds += other.bounds;
         self.shaded += other.shaded;
         self.contributions += other.contributions;
         self.looked_at += other.looked_at;
