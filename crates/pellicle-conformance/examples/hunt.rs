@@ -1,6 +1,7 @@
 //! Searches at random for a scene on which the narrow band loses a piece of the surface: `hunt SECONDS [SEED [FIELD]]`.
 //!
-//! A field that is named has its own isovalue and support, with cells of several sizes. Without, it is SPH's with any.
+//! Without a name the field is SPH's, with any isovalue and support. Another has its own, and bulk is larger, as its support is.
+//!
 //! Prints each scene that does, with all that is needed to make it again. For when the band or a field's bounds change.
 
 use std::time::{Duration, Instant};
@@ -17,7 +18,8 @@ fn main() {
     let (mut seed, mut lost) = (first, 0);
     while Instant::now() < end {
         let random = &mut Random::new(seed);
-        let mut scene = draw(random);
+        // Deep enough for the wide supports of other fields.
+        let mut scene = draw(if field.is_some() { 15 } else { 8 }, random);
         if let Some(field) = field {
             let own = Params::with_field(scene.params.particle_radius, field);
             scene.params = Params { cell_size: random.choose(&[0.4, 0.5, 0.75, 1.0, 1.5, 2.0]), ..own };
@@ -37,14 +39,14 @@ fn main() {
     println!("{} scenes, {lost} lost", seed - first);
 }
 
-fn draw(random: &mut Random) -> Scene {
+fn draw(side: i32, random: &mut Random) -> Scene {
     let jitter = random.between(0.0, 0.6);
     let mut scene = match random.below(9) {
         0..4 => {
             let radius = random.between(0.5, 2.5);
             let listed = random.choose(&cavities::HOLES);
             let hole = random.choose(&[cavities::Hole::Ball(radius), listed]);
-            cavities::bulk(8, jitter, hole, random)
+            cavities::bulk(side, jitter, hole, random)
         }
         4 => cavities::thin_sheet(jitter, random),
         5 => cavities::isolated_groups(random),
