@@ -73,7 +73,7 @@ pub struct Made {
 }
 
 /// Makes the surface and writes it, in the current pool of threads. The reconstructor's memory is used again from call to
-/// call.
+/// call, unless the mesh is finished.
 pub fn make(
     cloud: &Cloud,
     order: &Order,
@@ -119,7 +119,7 @@ pub fn make(
         check_memory(order.finishing.memory(&mesh), &params, order)?;
         if !finish.is_nothing() {
             clock.begin("finish");
-            // Finishing takes as much memory as the surface did: the same, as far as it goes.
+            // Finishing can have the memory that the surface took, in place of as much again.
             *reconstructor = Reconstructor::new();
             let mut crowding = crowding.and_then(|_| mesh.attributes.pop()).map(|attribute| attribute.values);
             let (spacing, nodes) = (params.spacing(), Nodes::cubic(params.spacing()));
