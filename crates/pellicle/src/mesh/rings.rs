@@ -28,7 +28,7 @@ mod steps;
 
 pub(crate) use steps::{Step, Values};
 
-/// Own vertices of a patch: with what it holds of them half a megabyte, for a cache of the second level.
+/// Own vertices of a patch: with what it holds of them and around them a megabyte, for a cache of the second level.
 const OWN: usize = 1 << 14;
 
 /// Own vertices that are sorted by valence together, so that neighbors stay near.

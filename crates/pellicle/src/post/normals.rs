@@ -67,28 +67,10 @@ struct Mean;
 impl Step for Mean {
     #[inline(always)]
     fn of(&self, here: Quad, sum: Quad, _: f32) -> Quad {
-        sum + here
+        let sum = sum + here;
+        let length = sum.dot(sum).sqrt();
+        sum * Quad::splat(if length > 0.0 { 1.0 / length } else { 0.0 })
     }
-
-    /// Lengths of four at a time: roots and quotients are slow.
-    #[inline(always)]
-    fn complete(&self, values: &mut [[f32; 4]]) {
-        let (fours, rest) = values.as_chunks_mut();
-        fours.iter_mut().for_each(normalise);
-        let mut last = [[0.0; 4]; 4];
-        last[..rest.len()].copy_from_slice(rest);
-        normalise(&mut last);
-        rest.copy_from_slice(&last[..rest.len()]);
-    }
-}
-
-/// Makes four vectors as long as 1, but those of length 0.
-#[inline(always)]
-fn normalise(vectors: &mut [[f32; 4]; 4]) {
-    let rows = vectors.each_ref().map(Quad::load);
-    let [x, y, z, _] = Quad::transposed(rows);
-    let per = (x * x + y * y + z * z).one_over_root().array();
-    *vectors = std::array::from_fn(|i| (rows[i] * Quad::splat(per[i])).array());
 }
 
 /// In double precision, so that the tiny areas of a fine mesh do not vanish when squared.

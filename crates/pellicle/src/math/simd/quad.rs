@@ -54,29 +54,15 @@ impl Quad {
         })
     }
 
-    /// 1 over the square root where this is greater than 0, else 0.
+    /// The dot product of the first three lanes, summed from the first on.
     #[inline(always)]
-    pub(crate) fn one_over_root(self) -> Self {
-        // SAFETY: as in `load`.
-        Self(unsafe {
-            let one_over = _mm_div_ps(_mm_set1_ps(1.0), _mm_sqrt_ps(self.0));
-            _mm_and_ps(_mm_cmpgt_ps(self.0, _mm_setzero_ps()), one_over)
-        })
-    }
-
-    /// First lanes, second lanes and so on, of four.
-    #[inline(always)]
-    pub(crate) fn transposed([a, b, c, d]: [Self; 4]) -> [Self; 4] {
+    pub(crate) fn dot(self, other: Self) -> f32 {
         // SAFETY: as in `load`.
         unsafe {
-            let (low, low_later) = (_mm_unpacklo_ps(a.0, b.0), _mm_unpacklo_ps(c.0, d.0));
-            let (high, high_later) = (_mm_unpackhi_ps(a.0, b.0), _mm_unpackhi_ps(c.0, d.0));
-            [
-                Self(_mm_movelh_ps(low, low_later)),
-                Self(_mm_movehl_ps(low_later, low)),
-                Self(_mm_movelh_ps(high, high_later)),
-                Self(_mm_movehl_ps(high_later, high)),
-            ]
+            let products = _mm_mul_ps(self.0, other.0);
+            let second = _mm_shuffle_ps::<0b01>(products, products);
+            let third = _mm_shuffle_ps::<0b10>(products, products);
+            _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(products, second), third))
         }
     }
 
@@ -160,16 +146,11 @@ impl Quad {
         Self(std::array::from_fn(|i| if i < 3 && mask.0[i] != 0.0 { self.0[i] } else { other.0[i] }))
     }
 
-    /// 1 over the square root where this is greater than 0, else 0.
+    /// The dot product of the first three lanes, summed from the first on.
     #[inline(always)]
-    pub(crate) fn one_over_root(self) -> Self {
-        Self(self.0.map(|x| if x > 0.0 { 1.0 / x.sqrt() } else { 0.0 }))
-    }
-
-    /// First lanes, second lanes and so on, of four.
-    #[inline(always)]
-    pub(crate) fn transposed(rows: [Self; 4]) -> [Self; 4] {
-        std::array::from_fn(|lane| Self(rows.map(|row| row.0[lane])))
+    pub(crate) fn dot(self, other: Self) -> f32 {
+        let [x, y, z, _] = (self * other).0;
+        x + y + z
     }
 
     /// The cross product of the first three lanes; what the fourth is means nothing.
@@ -226,9 +207,7 @@ mod tests {
         assert_eq!(x.last().array(), [9.0; 4]);
         let mask = Quad::load(&[0.0, f32::NAN, -0.0, 1.0]);
         assert_eq!(x.first_where(mask, y).array(), [0.7, -2.7, -0.0, 3.3]);
-        assert_eq!(y.one_over_root().array(), b.map(|v| if v > 0.0 { 1.0 / v.sqrt() } else { 0.0 }));
-        let columns = Quad::transposed([x, y, y, x]).map(Quad::array);
-        assert_eq!(columns, [0, 1, 2, 3].map(|i| [a[i], b[i], b[i], a[i]]));
+        assert_eq!(x.dot(y), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
         let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         assert_eq!(x.cross(y).array()[..3], cross);
     }

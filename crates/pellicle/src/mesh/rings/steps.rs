@@ -16,10 +16,6 @@ use crate::{
 pub(crate) trait Step: Sync {
     /// From the value of a vertex, the sum over its neighbors, and one over their number.
     fn of(&self, here: Quad, sum: Quad, per: f32) -> Quad;
-
-    /// What is done with what came of several vertices, of those that have neighbors.
-    #[inline(always)]
-    fn complete(&self, _: &mut [[f32; 4]]) {}
 }
 
 /// Four numbers for each vertex, in the order of places. Reusable: [`set`](Self::set) keeps the memory.
@@ -144,42 +140,22 @@ fn step_of(step: &impl Step, runs: &[[u32; 2]], mut near: &[impl Place], from: &
         let (run_near, near_later) = near.split_at(valence as usize * count as usize);
         match valence {
             0 => run_to.copy_from_slice(run_here),
-            3 => run::<3>(step, run_near, from, run_here, run_to),
-            4 => run::<4>(step, run_near, from, run_here, run_to),
-            5 => run::<5>(step, run_near, from, run_here, run_to),
-            6 => run::<6>(step, run_near, from, run_here, run_to),
-            7 => run::<7>(step, run_near, from, run_here, run_to),
-            8 => run::<8>(step, run_near, from, run_here, run_to),
-            9 => run::<9>(step, run_near, from, run_here, run_to),
-            n => run_of(n as usize, step, run_near, from, run_here, run_to),
+            3 => run(3, step, run_near, from, run_here, run_to),
+            4 => run(4, step, run_near, from, run_here, run_to),
+            5 => run(5, step, run_near, from, run_here, run_to),
+            6 => run(6, step, run_near, from, run_here, run_to),
+            7 => run(7, step, run_near, from, run_here, run_to),
+            8 => run(8, step, run_near, from, run_here, run_to),
+            9 => run(9, step, run_near, from, run_here, run_to),
+            n => run(n as usize, step, run_near, from, run_here, run_to),
         }
         (here, to, near) = (here_later, to_later, near_later);
     }
 }
 
-/// Places of valence `N`.
+/// Places of one valence; where that is known beforehand the loops have no end to be foreseen.
 #[inline(always)]
-fn run<const N: usize>(
-    step: &impl Step,
-    near: &[impl Place],
-    from: &[[f32; 4]],
-    here: &[[f32; 4]],
-    to: &mut [[f32; 4]],
-) {
-    let per = 1.0 / N as f32;
-    for ((near, here), to) in near.as_chunks::<N>().0.iter().zip(here).zip(&mut *to) {
-        let mut sum = near[0].load(from);
-        for place in &near[1..] {
-            sum = sum + place.load(from);
-        }
-        *to = step.of(Quad::load(here), sum, per).array();
-    }
-    step.complete(to);
-}
-
-/// Places of any valence.
-#[inline(always)]
-fn run_of(
+fn run(
     valence: usize,
     step: &impl Step,
     near: &[impl Place],
@@ -188,12 +164,11 @@ fn run_of(
     to: &mut [[f32; 4]],
 ) {
     let per = 1.0 / valence as f32;
-    for ((near, here), to) in near.chunks_exact(valence).zip(here).zip(&mut *to) {
+    for ((near, here), to) in near.chunks_exact(valence).zip(here).zip(to) {
         let mut sum = near[0].load(from);
         for place in &near[1..] {
             sum = sum + place.load(from);
         }
         *to = step.of(Quad::load(here), sum, per).array();
     }
-    step.complete(to);
 }
