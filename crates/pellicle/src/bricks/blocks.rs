@@ -9,7 +9,7 @@
 //! Source: Rosenberg & Birdwell, Real-time particle isosurface extraction, 2008, section 3.
 
 use crate::{
-    lattice::{Coord, ceil_f32, floor_div, floor_f32, plus},
+    lattice::{Coord, Divisor, ceil_f32, floor_f32, plus},
     lookup::{
         columns::Placed,
         directory::{Cursor, Directory},
@@ -78,10 +78,10 @@ impl Blocks {
         self.starts.clear();
         self.reached.clear();
         self.reached_by.clear();
-        let mut cursor = Cursor::default();
+        let (mut cursor, size) = (Cursor::default(), size.map(Divisor::new));
         for particle in particles {
             let before = self.reached.len();
-            for_each_reached(particle, size, |at| {
+            for_each_reached(particle, &size, |at| {
                 let place = self.directory.entry(&mut cursor, at);
                 if *place == u32::MAX {
                     *place = self.found.len() as u32;
@@ -133,15 +133,17 @@ impl Blocks {
 }
 
 /// Calls `work` with every block of which the particle may reach a node, those of a shared face included.
-fn for_each_reached(particle: &Placed, size: Coord, mut work: impl FnMut(Coord)) {
-    let range: [_; 3] = std::array::from_fn(|a| {
+#[inline(always)]
+fn for_each_reached(particle: &Placed, size: &[Divisor; 3], mut work: impl FnMut(Coord)) {
+    let (mut first, mut end) = ([0; 3], [0; 3]);
+    for a in 0..3 {
         let low = particle.node[a] + ceil_f32(particle.offset[a] - particle.reach);
         let high = particle.node[a] + floor_f32(particle.offset[a] + particle.reach);
-        floor_div(low - 1, size[a])..=floor_div(high, size[a])
-    });
-    for z in range[2].clone() {
-        for y in range[1].clone() {
-            for x in range[0].clone() {
+        (first[a], end[a]) = (size[a].floor(low - 1), size[a].floor(high) + 1);
+    }
+    for z in first[2]..end[2] {
+        for y in first[1]..end[1] {
+            for x in first[0]..end[0] {
                 work([x, y, z]);
             }
         }

@@ -7,7 +7,7 @@
 //! ```text
 //! seen      a particle as the layer sees it, 48 bytes: whole and broken part of x, y; (z − plane)²/R² of the four planes
 //! touches   which of 4×4 bricks one of the seen reaches, a few of them, before they are entered
-//! chains    brick ──► its first and last piece, and how many entries it has
+//! chains    brick ──► its first piece, how many it has, and where the next entry goes
 //! pieces    16 entries, each one of the seen;  next: the piece behind it
 //! ```
 //!
@@ -185,8 +185,20 @@ const PIECE: usize = 16;
 #[derive(Debug, Clone, Copy, Default)]
 struct Chain {
     head: u32,
-    tail: u32,
-    len: u32,
+    /// Where the next entry goes, among all pieces' entries: the end of a piece when that is full, and at first.
+    end: u32,
+    pieces: u32,
+}
+
+impl Chain {
+    /// Number of entries.
+    #[inline(always)]
+    fn len(&self) -> usize {
+        match self.pieces {
+            0 => 0,
+            pieces => (pieces as usize - 1) * PIECE + (self.end as usize - 1) % PIECE + 1,
+        }
+    }
 }
 
 /// The lists of one layer. Reusable: [`begin`](Self::begin) keeps the memory.
@@ -246,12 +258,11 @@ impl<'a> Iterator for Pieces<'a> {
 
     #[inline(always)]
     fn next(&mut self) -> Option<&'a [u32]> {
-        let Chain { head, len, .. } = &mut self.list.chain;
-        if *len == 0 {
-            return None;
-        }
-        let (piece, here) = (*head as usize, (*len as usize).min(PIECE));
-        (*head, *len) = (self.list.next[piece], *len - here as u32);
+        let Chain { head, end, pieces } = &mut self.list.chain;
+        *pieces = pieces.checked_sub(1)?;
+        let piece = *head as usize;
+        *head = self.list.next[piece];
+        let here = if *pieces == 0 { (*end as usize - 1) % PIECE + 1 } else { PIECE };
         Some(&self.list.pieces[piece][..here])
     }
 }
@@ -328,22 +339,12 @@ impl Lists {
         let (mut at, mut touch) = (0, touches.list[0]);
         for _ in 0..touches.bricks {
             let brick = touch.first + across[touch.bricks.trailing_zeros() as usize % LANES];
-            let chain = &mut self.chains[brick as usize];
-            let place = chain.len as usize % PIECE;
-            if place == 0 {
-                let piece = self.pieces.len() as u32;
-                if chain.len == 0 {
-                    chain.head = piece;
-                    self.reached[(brick / self.width) as usize] |= 1 << (brick % self.width);
-                } else {
-                    self.next[chain.tail as usize] = piece;
-                }
-                chain.tail = piece;
-                self.pieces.push([0; PIECE]);
-                self.next.push(0);
+            let mut end = self.chains[brick as usize].end as usize;
+            if end % PIECE == 0 {
+                end = self.begin_piece(brick);
             }
-            self.pieces[chain.tail as usize][place] = touch.seen;
-            chain.len += 1;
+            self.pieces.as_flattened_mut()[end] = touch.seen;
+            self.chains[brick as usize].end = end as u32 + 1;
             touch.bricks &= touch.bricks - 1;
             let done = touch.bricks == 0;
             at += usize::from(done);
@@ -353,9 +354,26 @@ impl Lists {
         (touches.len, touches.bricks) = (0, 0);
     }
 
+    /// Gives a brick's list a further piece. Gives where that begins.
+    #[inline(never)]
+    fn begin_piece(&mut self, brick: u32) -> usize {
+        let (chain, piece) = (&mut self.chains[brick as usize], self.next.len());
+        match chain.pieces {
+            0 => {
+                chain.head = piece as u32;
+                self.reached[(brick / self.width) as usize] |= 1 << (brick % self.width);
+            }
+            _ => self.next[chain.end as usize / PIECE - 1] = piece as u32,
+        }
+        chain.pieces += 1;
+        self.pieces.push([0; PIECE]);
+        self.next.push(0);
+        piece * PIECE
+    }
+
     /// Number of entries.
     pub(crate) fn entries(&self) -> usize {
-        self.chains.iter().map(|chain| chain.len as usize).sum()
+        self.chains.iter().map(Chain::len).sum()
     }
 
     /// The list of one brick.
@@ -375,7 +393,7 @@ impl Lists {
             rows: self.reached.len(),
             particles: heights.order.len(),
             bins: heights.bins.len(),
-            longest: self.chains.iter().map(|chain| chain.len as usize).max().unwrap_or(0),
+            longest: self.chains.iter().map(Chain::len).max().unwrap_or(0),
         }
     }
 
@@ -408,7 +426,7 @@ impl<'a> List<'a> {
     /// How many particles.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
-        self.chain.len as usize
+        self.chain.len()
     }
 }
 

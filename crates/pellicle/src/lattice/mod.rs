@@ -66,12 +66,11 @@ impl Lattice {
             return Err(Error::NotFinite { index, position });
         }
         let far = position.iter().fold(0.0f64, |far, v| far.max(v.abs()));
-        let cells = far / self.spacing.min(self.support);
-        // The comparison is written so that a quotient that is not a number fails it, too.
-        if cells < INDEX_LIMIT {
+        let unit = self.spacing.min(self.support);
+        if far < INDEX_LIMIT * unit {
             Ok(())
         } else {
-            Err(Error::OutsideLattice { index, position, cells, limit: INDEX_LIMIT })
+            Err(Error::OutsideLattice { index, position, cells: far / unit, limit: INDEX_LIMIT })
         }
     }
 
@@ -131,10 +130,22 @@ pub(crate) fn ceil_f32(v: f32) -> i32 {
     cut + i32::from((cut as f32) < v)
 }
 
-/// `a` divided by a positive `b`, rounded down; without the integer division, which is slow.
-#[inline(always)]
-pub(crate) fn floor_div(a: i32, b: i32) -> i32 {
-    floor(f64::from(a) / f64::from(b))
+/// Divides integers by a positive one, rounding down, without a division.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Divisor {
+    reciprocal: f64,
+}
+
+impl Divisor {
+    pub(crate) fn new(by: i32) -> Self {
+        Self { reciprocal: 1.0 / f64::from(by) }
+    }
+
+    /// Half of one more never reaches the next quotient, and is far more than rounding takes away.
+    #[inline(always)]
+    pub(crate) fn floor(&self, v: i32) -> i32 {
+        floor((f64::from(v) + 0.5) * self.reciprocal)
+    }
 }
 
 /// The integer box of `[low, high]` in units of `unit`.
@@ -173,8 +184,8 @@ mod tests {
             assert_eq!(ceil_f32(v as f32), (v as f32).ceil() as i32);
         }
         for a in (-70..70).chain([i32::MIN + 1, i32::MAX, (1 << 30) - 1]) {
-            for b in [1, 4, 12, 32, 60] {
-                assert_eq!(floor_div(a, b), a.div_euclid(b));
+            for b in [1, 4, 12, 32, 39, 60] {
+                assert_eq!(Divisor::new(b).floor(a), a.div_euclid(b));
             }
         }
     }

@@ -9,7 +9,10 @@
 //!
 //! Source: this project; bits in place of arrays of numbers as in [`slices`](crate::march::slices).
 
-use super::fill::NODES;
+use super::{
+    fill::NODES,
+    sides::{MOST_ROWS, Wanted},
+};
 use crate::{bricks::lists::Lists, lookup::columns::provide};
 
 /// No values, no shade.
@@ -31,7 +34,8 @@ pub(super) struct Bricks<C> {
     pub(super) inside: Vec<u64>,
     /// Nodes at the ends of crossed edges.
     pub(super) needed: Vec<u64>,
-    /// Rows of bricks that have nodes inside, one bit each.
+    /// Bricks that have nodes inside, and rows of bricks that have any, one bit each.
+    pub(super) solid: Wanted,
     pub(super) rows: u16,
     place: Vec<u16>,
     values: Vec<[f32; NODES]>,
@@ -47,6 +51,7 @@ impl<C> Default for Bricks<C> {
             lists: Lists::default(),
             inside: Vec::new(),
             needed: Vec::new(),
+            solid: [0; MOST_ROWS],
             rows: 0,
             place: Vec::new(),
             values: Vec::new(),
@@ -69,6 +74,7 @@ impl<C: Copy + Default> Bricks<C> {
             places.clear();
             places.resize(bricks, NONE);
         }
+        self.solid = [0; MOST_ROWS];
         (self.rows, self.filled, self.taken) = (0, 0, 0);
     }
 

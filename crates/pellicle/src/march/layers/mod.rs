@@ -36,6 +36,7 @@ use crate::{
 use bricks::Bricks;
 use fill::NODES;
 use sides::LOWEST;
+use triangles::ROW;
 use vertices::{Ends, Places};
 
 /// Slices whose bits are kept: two layers'.
@@ -56,6 +57,8 @@ pub(crate) struct Work<C> {
     numbers: Vec<u32>,
     ends: Ends,
     places: Places,
+    /// Triangles on their way into the piece. Kept, since zeroing as many for each slab costs more than to make them.
+    some: Vec<[u32; 3]>,
     todo: Todo,
     near: Near,
     slopes: Vec<f32>,
@@ -71,6 +74,7 @@ impl<C: Copy + Default> Default for Work<C> {
             numbers: Vec::new(),
             ends: Ends::default(),
             places: [[0.0; WIDEST]; 3],
+            some: vec![[0; 3]; 2 * ROW],
             todo: Todo::default(),
             near: Near::default(),
             slopes: Vec::new(),
@@ -149,6 +153,10 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
             self.tally(extent, layer);
             self.piece.times.march += lap.next();
         }
+        if SIDE * (layers - 1) < self.seam.cells[2] {
+            self.clear(extent, layers);
+            self.finish(s, extent, layers - 1);
+        }
         self.piece.shared.sort_unstable();
         self.piece.times.march += lap.next();
     }
@@ -175,16 +183,22 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
     /// Enters the particles that reach a layer.
     #[inline(always)]
     fn enter<S: Simd>(&mut self, s: S, extent: Extent, layer: usize) {
-        let bricks: usize = bricks_of(extent).iter().product();
+        self.clear(extent, layer);
         let (scene, work) = (self.scene, &mut *self.work);
+        work.layers[layer % 2].lists.begin(s, extent, layer, scene.particles, &work.heights);
+    }
+
+    /// Forgets the layer that had this one's place: all nodes are outside.
+    #[inline(always)]
+    fn clear(&mut self, extent: Extent, layer: usize) {
+        let work = &mut *self.work;
         let here = &mut work.layers[layer % 2];
         if here.rows != 0 {
             for z in SIDE * layer..SIDE * (layer + 1) {
                 work.inside[z % RING] = [0; WIDEST];
             }
         }
-        here.begin(bricks);
-        here.lists.begin(s, extent, layer, scene.particles, &work.heights);
+        here.begin(bricks_of(extent).iter().product());
     }
 
     /// Counts what a layer held, and how much room it needed.
@@ -202,6 +216,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             + size_of::<Places>()
             + size_of::<Ends>()
             + 4 * work.numbers.len()
+            + size_of_val(&work.some[..])
             + size_of::<Todo>();
         counts.render_bytes = counts.render_bytes.max(render as u64);
         let needs = Needs {
@@ -232,7 +247,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         }
         self.prepare(s, extent, layer, &here, u64::MAX);
         self.prepare(s, extent, layer + 1, &above, LOWEST);
-        for z in SIDE * layer..SIDE * (layer + 1) {
+        for z in SIDE * layer..(SIDE * (layer + 1)).min(extent.nodes[2] - 1) {
             if z == 0 {
                 self.number_slice(s, extent, 0, rows);
             }

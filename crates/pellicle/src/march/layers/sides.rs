@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Most rows of bricks of a layer.
-const MOST_ROWS: usize = WIDEST / SIDE;
+pub(super) const MOST_ROWS: usize = WIDEST / SIDE;
 /// Bricks of a layer, one bit each, row by row.
 pub(super) type Wanted = [u16; MOST_ROWS];
 
@@ -50,6 +50,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
                 }
                 let work = &mut *self.work;
                 work.layers[layer % 2].inside[brick] = inside;
+                work.layers[layer % 2].solid[row] |= 1 << column;
                 work.layers[layer % 2].rows |= 1 << row;
                 for plane in 0..SIDE {
                     let slice = &mut work.inside[(SIDE * layer + plane) % RING][SIDE * row..SIDE * row + SIDE];
@@ -72,13 +73,18 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         mark_planes(here, width, all, u64::MAX);
         mark_planes(above, width, all, LOWEST);
         let mut wanted = [[0; MOST_ROWS]; 2];
+        let has_above = SIDE * (layer + 1) < extent.nodes[2];
+        let lowest = if has_above { LOWEST } else { 0 };
         let filled = u32::from(here.rows | above.rows);
         for row in ones(u64::from((filled | filled << 1 | filled >> 1) & all)) {
-            for column in 0..width {
+            let beside = |at: usize| here.solid.get(at).map_or(0, |bricks| bricks | above.solid[at]);
+            let own = u64::from(beside(row));
+            let near = own | own << 1 | own >> 1 | u64::from(beside(row.wrapping_sub(1)) | beside(row + 1));
+            for column in ones(near & ((1 << width) - 1)) {
                 let brick = row * width + column;
                 let (inside, beyond) = (here.inside[brick], above.inside[brick]);
                 let along = (inside ^ inside >> 16) & !LAST[2];
-                let between = (inside >> 48 ^ beyond) & LOWEST;
+                let between = (inside >> 48 ^ beyond) & lowest;
                 here.needed[brick] |= along | along << 16 | between << 48;
                 above.needed[brick] |= between;
                 wanted[0][row] |= u16::from(here.needed[brick] != 0) << column;
@@ -103,7 +109,9 @@ fn repeat(extent: Extent, axis: usize, inside: u64) -> u64 {
 fn mark_planes<C>(layer: &mut Bricks<C>, width: usize, all: u32, of: u64) {
     let (inside, needed, filled) = (&layer.inside[..], &mut layer.needed[..], u32::from(layer.rows));
     for row in ones(u64::from((filled | filled >> 1) & all)) {
-        for column in 0..width {
+        let own = u64::from(layer.solid[row]);
+        let near = own | own >> 1 | u64::from(layer.solid.get(row + 1).copied().unwrap_or(0));
+        for column in ones(near & ((1 << width) - 1)) {
             let brick = row * width + column;
             let own = inside[brick];
             let (has_right, has_up) = (column + 1 < width, all >> (row + 1) != 0);

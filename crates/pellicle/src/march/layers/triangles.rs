@@ -13,6 +13,9 @@ use crate::{
     math::bits::ones,
 };
 
+/// Most triangles of a row.
+pub(super) const ROW: usize = MOST * WIDEST;
+
 /// What a slab's cells are made of.
 struct Slab<'a> {
     lower: &'a Rows,
@@ -87,21 +90,24 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             offsets,
             width,
         };
-        let (mut count, mut row) = (0, [[0; 3]; MOST * WIDEST]);
+        let (mut count, mut made, some) = (0, 0, &mut work.some[..]);
         for y in ones(rows & ((1 << (extent.nodes[1] - 1)) - 1)) {
             let crossed = crossed(&slab, y, width);
             count += crossed.count_ones();
             match self.sight {
                 None => {
-                    let mut made = 0;
                     for x in ones(crossed) {
-                        made += slab.write(x, y, &mut row[made..]);
+                        made += slab.write(x, y, &mut some[made..]);
                     }
-                    self.piece.triangles.extend_from_slice(&row[..made]);
+                    if made >= ROW {
+                        self.piece.triangles.extend_from_slice(&some[..made]);
+                        made = 0;
+                    }
                 }
                 Some(_) => work.todo.push_row(y, crossed),
             }
         }
+        self.piece.triangles.extend_from_slice(&some[..made]);
         if let Some(sight) = &self.sight {
             while let Some((x, y)) = next(&mut work.todo, Some(sight)) {
                 slab.write_in_order(sight, [x, y, z], &mut self.piece.triangles);

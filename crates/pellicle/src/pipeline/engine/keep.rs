@@ -5,6 +5,8 @@
 //!
 //! Source: the idea is Rosenberg & Birdwell's, 2008, section 3: blocks without moving particles are output again.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use crate::{
     bricks::blocks::{Block, Blocks, NOBODY},
     lattice::Coord,
@@ -39,6 +41,34 @@ pub(super) struct Kept<V> {
     valid: bool,
     /// Whether the surface was used again in this frame.
     pub(super) reused: bool,
+    /// Whether the surface is this frame's and waits to be written.
+    pub(super) done: bool,
+}
+
+/// A block's surface, which one thread makes and another may write.
+pub(super) struct Slot<V>(Mutex<Kept<V>>);
+
+impl<V> Default for Slot<V> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<V> Slot<V> {
+    /// For who has it alone.
+    pub(super) fn get(&mut self) -> &mut Kept<V> {
+        self.0.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// For who makes the surface.
+    pub(super) fn lock(&self) -> MutexGuard<'_, Kept<V>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// For who writes it: nothing unless it is done.
+    pub(super) fn done(&self) -> Option<MutexGuard<'_, Kept<V>>> {
+        self.0.try_lock().ok().filter(|kept| kept.done)
+    }
 }
 
 impl<V> Default for Kept<V> {
@@ -52,6 +82,7 @@ impl<V> Default for Kept<V> {
             sight: None,
             valid: false,
             reused: false,
+            done: false,
         }
     }
 }
@@ -91,8 +122,8 @@ type Stamp = ([i32; 3], Option<[[u64; 3]; 3]>);
 
 /// All blocks' surfaces, in the order of blocks.
 pub(super) struct Keep<V> {
-    pub(super) kept: Vec<Kept<V>>,
-    previous: Vec<Kept<V>>,
+    pub(super) kept: Vec<Slot<V>>,
+    previous: Vec<Slot<V>>,
     places: Directory,
     stamp: Option<Stamp>,
 }
@@ -114,29 +145,29 @@ impl<V> Keep<V> {
         let stamp = Some((origin, axes.map(|axes| axes.map(|axis| axis.map(f64::to_bits)))));
         if self.stamp != stamp {
             self.stamp = stamp;
-            self.kept.iter_mut().for_each(|kept| kept.valid = false);
+            self.kept.iter_mut().for_each(|kept| kept.get().valid = false);
         }
         std::mem::swap(&mut self.kept, &mut self.previous);
         self.places.clear();
         let mut cursor = Cursor::default();
-        for (i, kept) in self.previous.iter().enumerate().filter(|(_, kept)| kept.valid) {
+        for (i, kept) in self.previous.iter_mut().map(Slot::get).enumerate().filter(|(_, kept)| kept.valid) {
             *self.places.entry(&mut cursor, kept.at) = i as u32;
         }
         let n = blocks.blocks.len();
-        self.kept.resize_with(n.max(self.kept.len()), Kept::default);
+        self.kept.resize_with(n.max(self.kept.len()), Slot::default);
         for (block, kept) in blocks.blocks.iter().zip(&mut self.kept) {
             match self.places.get(&mut cursor, block.at) {
                 Some(i) => std::mem::swap(kept, &mut self.previous[i as usize]),
-                None => kept.valid = false,
+                None => kept.get().valid = false,
             }
         }
         for kept in &mut self.kept[n..] {
-            kept.valid = false;
+            kept.get().valid = false;
         }
     }
 
     /// Bytes that are kept of the first `n` blocks.
-    pub(super) fn bytes(&self, n: usize) -> usize {
-        self.kept[..n].iter().map(Kept::bytes).sum()
+    pub(super) fn bytes(&mut self, n: usize) -> usize {
+        self.kept[..n].iter_mut().map(|kept| kept.get().bytes()).sum()
     }
 }

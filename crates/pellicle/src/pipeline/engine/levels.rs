@@ -77,10 +77,10 @@ impl<K: Skin> Default for Detail<K> {
 pub(super) type Wish<'a> = &'a mut dyn FnMut(&Region) -> u8;
 
 impl<K: Skin> Engine<K> {
-    /// The coarsest level that blocks can have: their size must be a multiple of the coarsest cell.
+    /// The coarsest level that blocks can have, whose cells are as large as they: see
+    /// [`Params::block`](super::Params::block).
     pub fn coarsest_level(&self) -> u8 {
-        let size = self.params.block.iter().map(|n| n.trailing_zeros()).min().unwrap_or(0);
-        size.min(MOST_LEVELS as u32 - 1) as u8
+        self.params.block_of_levels()[0].ilog2().min(MOST_LEVELS as u32 - 1) as u8
     }
 
     /// As [`update`](Self::update), with a cell size for each block: `wish` is asked for the level of every block that
@@ -112,7 +112,7 @@ impl<K: Skin> Engine<K> {
     ) -> Result<Frame, Error> {
         self.check_levels()?;
         let particles = particles.into();
-        self.prepare(&particles, &mut |_| true)?;
+        self.prepare(&particles, self.params.block_of_levels(), &mut |_| true)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         if self.params.field == Metaball::Triquet && !varied {
             return self.march_levels(&Radial::<_, false>(Triquet), &mut wish, sink);
@@ -123,7 +123,7 @@ impl<K: Skin> Engine<K> {
     /// What does not go with levels.
     fn check_levels(&self) -> Result<(), Error> {
         let refuse = |name, value: f64, must| Err(Error::Parameter { name, value, must });
-        let [side, other, last] = self.params.block;
+        let [side, other, last] = self.params.block_of_levels();
         if side != other || side != last {
             return refuse("block", if side == other { last } else { other } as f64, "a cube, with levels");
         }
@@ -141,7 +141,7 @@ impl<K: Skin> Engine<K> {
 
     /// Lists the blocks with their levels.
     fn choose(&mut self, wish: Wish<'_>) {
-        let side = self.params.block[0];
+        let side = self.params.block_of_levels()[0];
         let (coarsest, spacing) = (self.coarsest_level(), self.params.spacing);
         let place = |at: Coord| at.map(|v| f64::from(v) * side as f64 * spacing);
         let rows = &mut self.detail.surface.rows;
@@ -165,7 +165,7 @@ impl<K: Skin> Engine<K> {
     ) -> Result<Frame, Error> {
         let mut lap = Lap::new(self.clock);
         self.choose(wish);
-        let side = self.params.block[0];
+        let side = self.params.block_of_levels()[0];
         let (shading, origin) = (self.shading(), self.origin([side as i32; 3]));
         let scene = Scene {
             blend,

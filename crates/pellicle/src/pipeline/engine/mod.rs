@@ -15,8 +15,6 @@ pub use levels::Region;
 pub use params::{Frame, MOST_LEVELS, Metaball, Params};
 pub use view::{Sweep, View};
 
-use std::sync::Mutex;
-
 use crate::{
     Control, Error, Positions,
     bricks::blocks::Blocks,
@@ -33,7 +31,7 @@ use crate::{
     sink::Sink,
 };
 use job::Job;
-use keep::{Keep, Kept};
+use keep::{Keep, Kept, Slot};
 use seams::Seams;
 use view::{Axes, block_key, dot};
 use work::{Needs, Work};
@@ -85,7 +83,7 @@ pub struct Engine<K: Skin = Plain> {
     cells: Cells,
     weights: Vec<f32>,
     /// One a thread.
-    works: Vec<Mutex<Work<K::Corner>>>,
+    works: Vec<Work<K::Corner>>,
     keep: Keep<K::Vertex>,
     seams: Seams,
     detail: levels::Detail<K>,
@@ -183,7 +181,7 @@ impl<K: Skin> Engine<K> {
     pub fn update<'a>(
         &mut self,
         particles: impl Into<Particles<'a>>,
-        sink: &mut impl Sink<K::Vertex>,
+        sink: &mut (impl Sink<K::Vertex> + Send),
     ) -> Result<Frame, Error> {
         self.update_visible(particles, sink, |_| true)
     }
@@ -196,11 +194,11 @@ impl<K: Skin> Engine<K> {
     pub fn update_visible<'a>(
         &mut self,
         particles: impl Into<Particles<'a>>,
-        sink: &mut impl Sink<K::Vertex>,
+        sink: &mut (impl Sink<K::Vertex> + Send),
         mut visible: impl FnMut(&[[f64; 3]; 8]) -> bool,
     ) -> Result<Frame, Error> {
         let particles = particles.into();
-        let axes = self.prepare(&particles, &mut visible)?;
+        let axes = self.prepare(&particles, self.params.block, &mut visible)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         // The paper's metaball of particles that do not differ has a march of its own; the others share one.
         if self.params.field == Metaball::Triquet && !varied {
@@ -228,27 +226,28 @@ impl<K: Skin> Engine<K> {
         &mut self,
         particles: impl Into<Particles<'a>>,
         field: &impl CustomField,
-        sink: &mut impl Sink<K::Vertex>,
+        sink: &mut (impl Sink<K::Vertex> + Send),
     ) -> Result<Frame, Error> {
         // Of the user's field nobody knows whether it changed: nothing of before holds, nor of this frame later on.
         self.keep.forget();
-        let axes = self.prepare(&particles.into(), &mut |_| true)?;
+        let axes = self.prepare(&particles.into(), self.params.block, &mut |_| true)?;
         let frame = self.march(axes, &Custom(field), sink);
         self.keep.forget();
         frame
     }
 
-    /// What comes before the march. Gives the pose of the lattice.
+    /// What comes before the march, with blocks of so many cubes. Gives the pose of the lattice.
     fn prepare(
         &mut self,
         particles: &Particles<'_>,
+        block: [usize; 3],
         visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool,
     ) -> Result<Option<Axes>, Error> {
         let mut lap = Lap::new(self.clock);
         let axes = self.view.map(|view| view.axes());
         self.place(particles, axes.as_ref())?;
         self.times.place = lap.next();
-        self.cut(axes.as_ref(), visible);
+        self.cut(axes.as_ref(), block, visible);
         self.times.cut = lap.next();
         Ok(axes)
     }
@@ -308,8 +307,8 @@ impl<K: Skin> Engine<K> {
     }
 
     /// Cuts the world into blocks, in the viewer's order.
-    fn cut(&mut self, axes: Option<&Axes>, visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool) {
-        let Params { block, spacing, .. } = self.params;
+    fn cut(&mut self, axes: Option<&Axes>, block: [usize; 3], visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool) {
+        let spacing = self.params.spacing;
         let sight = self.view.zip(axes).map(|(view, axes)| (view.cube(axes, spacing), view.order));
         self.blocks.cut(block.map(|n| n as i32), &self.placed, |at| {
             let corners = std::array::from_fn(|c| {
@@ -334,7 +333,7 @@ impl<K: Skin> Engine<K> {
         &mut self,
         axes: Option<Axes>,
         blend: &impl Blend,
-        sink: &mut impl Sink<K::Vertex>,
+        sink: &mut (impl Sink<K::Vertex> + Send),
     ) -> Result<Frame, Error> {
         let mut lap = Lap::new(self.clock);
         let origin = self.origin(self.params.block.map(|n| n as i32));
@@ -358,17 +357,17 @@ impl<K: Skin> Engine<K> {
         let threads = rayon::current_num_threads();
         let reuse = self.params.reuse == Reuse::Unchanged;
         let alone = !reuse && threads == 1;
-        let batch = match (reuse, alone) {
+        let slots = match (reuse, alone) {
             (true, _) => self.blocks.blocks.len().max(1),
             (_, true) => 1,
             _ => 8 * threads,
         };
-        self.works.resize_with(threads.max(self.works.len()), Mutex::default);
+        self.works.resize_with(threads.max(self.works.len()), Work::default);
         if reuse {
             self.keep.arrange(&self.blocks, origin, axes);
         } else {
             self.keep.forget();
-            self.keep.kept.resize_with(batch.max(self.keep.kept.len()), Kept::default);
+            self.keep.kept.resize_with(slots.max(self.keep.kept.len()), Slot::default);
         }
         self.seams.begin();
         let mut frame = Frame {
@@ -378,50 +377,38 @@ impl<K: Skin> Engine<K> {
             ..Frame::default()
         };
         sink.begin(to_world(axes.as_ref(), origin.map(|n| f64::from(n) * self.params.spacing)));
-        for first in (0..self.blocks.blocks.len()).step_by(batch) {
-            let blocks = &self.blocks.blocks[first..self.blocks.blocks.len().min(first + batch)];
-            let job = Job {
-                unit: self.unit,
-                scene: &scene,
-                sight,
-                blocks: &self.blocks,
-                params: &self.params,
-                works: &self.works,
-                reuse,
-            };
-            let kept = &mut self.keep.kept[..blocks.len()];
-            if let ([block], true) = (blocks, alone) {
-                // Nobody works beside: what there is of the surface is written as soon as it is made.
+        let job = Job { unit: self.unit, scene: &scene, sight, blocks: &self.blocks, params: &self.params, reuse };
+        let (kept, works) = (&mut self.keep.kept[..slots], &mut self.works[..threads]);
+        if alone {
+            // Nobody works beside: what there is of the surface is written as soon as it is made.
+            for block in &self.blocks.blocks {
+                let (kept, around) = (kept[0].get(), self.blocks.around(block));
+                self.seams.begin_block(&frame);
                 let (seams, frame, mut written) = (&mut self.seams, &mut frame, Ok(()));
-                let around = self.blocks.around(block);
-                seams.begin_block(frame);
                 let mut drain = |piece: &mut Piece<K::Vertex>| {
                     if written.is_ok() {
                         written = seams.write(piece, &around, frame, sink);
                     }
                     piece.drain();
                 };
-                job.march(block, &mut kept[0], Some(&mut drain));
+                job.march(block, kept, &mut works[0], Some(&mut drain));
                 written?;
-            } else {
-                job.run(blocks, kept);
+                frame.take(kept);
+                self.seams.write(&kept.piece, &around, frame, sink)?;
+                self.seams.end_block(&kept.piece);
             }
-            for Kept { piece, around, reused, .. } in kept {
-                frame.counts.add(&piece.counts);
-                if !*reused {
-                    frame.times.add(&piece.times);
-                }
-                frame.reused += usize::from(*reused);
-                if !alone {
-                    self.seams.begin_block(&frame);
-                }
-                self.seams.write(piece, around, &mut frame, sink)?;
-                self.seams.end_block(piece);
-            }
+        } else {
+            let (seams, frame) = (&mut self.seams, &mut frame);
+            job.run(kept, works, |kept| {
+                frame.take(kept);
+                seams.begin_block(frame);
+                seams.write(&kept.piece, &kept.around, frame, sink)?;
+                seams.end_block(&kept.piece);
+                Ok(())
+            })?;
         }
-        let works = || self.works.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
-        let needs = works().fold(Needs::default(), |needs, work| needs.join(&work.needs()));
-        works().for_each(|mut work| work.provide(&needs));
+        let needs = self.works.iter().fold(Needs::default(), |needs, work| needs.join(&work.needs()));
+        self.works.iter_mut().for_each(|work| work.provide(&needs));
         frame.particle_bytes = self.placed.len() * size_of::<Placed>() + self.blocks.bytes();
         frame.kept_bytes = if reuse { self.keep.bytes(frame.blocks) } else { 0 };
         frame.seam_bytes = self.seams.bytes();

@@ -1,9 +1,8 @@
 //! What the caller of the real-time engine chooses, and what a frame amounted to.
 
-use super::Reuse;
+use super::{Reuse, keep::Kept};
 use crate::{
     Error, Lanes,
-    bricks::boxes::BOX,
     march::slices::{Counts, MOST_CELLS, Seeds, Times},
 };
 
@@ -37,8 +36,10 @@ pub struct Params {
     pub spacing: f64,
     /// Isovalue, T: a corner is inside when its value is greater. > 0, default 0.2.
     pub iso: f64,
-    /// Cubes of a block along each axis: a multiple of 4 up to 60; with [`Seeds::Particles`] also small enough that
-    /// margins of ⌈reach/spacing⌉ cubes on both sides leave at most 63.
+    /// Cubes of a block along each axis, 1 to 63; with [`Seeds::Particles`] also few enough that with margins of
+    /// ⌈reach/spacing⌉ cubes on both sides there are at most 63. Default 39. One less than a multiple of 4 is best, since
+    /// nodes are evaluated four by four along each axis and a block has one node more than cubes. With levels of detail
+    /// blocks have the largest power of two of cubes that is not more than this: 32 by default.
     pub block: [usize; 3],
     /// How the surface is found.
     pub seeds: Seeds,
@@ -59,7 +60,7 @@ impl Params {
             reach,
             spacing,
             iso: 0.2,
-            block: [32; 3],
+            block: [39; 3],
             seeds: Seeds::Complete,
             normals: true,
             reuse: Reuse::Off,
@@ -73,6 +74,11 @@ impl Params {
             Seeds::Complete => 0,
             Seeds::Particles => (self.reach / self.spacing).ceil() as usize,
         }
+    }
+
+    /// Cubes of a block along each axis where blocks have levels: halved as often as can be.
+    pub(super) fn block_of_levels(&self) -> [usize; 3] {
+        self.block.map(|n| 1 << n.ilog2())
     }
 
     /// Checks every range.
@@ -104,8 +110,8 @@ impl Params {
         }
         let most = MOST_CELLS - (2 * self.margin()).min(MOST_CELLS);
         for size in self.block {
-            if size == 0 || size % BOX != 0 || size > most {
-                let must = "a multiple of 4, at most 60, or 63 without two margins where seeds come from particles";
+            if size == 0 || size > most {
+                let must = "1 to 63, less two margins where seeds come from particles";
                 return Err(Error::Parameter { name: "block", value: size as f64, must });
             }
         }
@@ -144,4 +150,15 @@ pub struct Frame {
     pub kept_bytes: usize,
     /// Bytes by which blocks find each other's vertices; with levels of detail, the signs of all their nodes.
     pub seam_bytes: usize,
+}
+
+impl Frame {
+    /// Counts a block in.
+    pub(super) fn take<V>(&mut self, block: &Kept<V>) {
+        self.counts.add(&block.piece.counts);
+        if !block.reused {
+            self.times.add(&block.piece.times);
+        }
+        self.reused += usize::from(block.reused);
+    }
 }

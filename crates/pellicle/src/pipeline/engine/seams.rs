@@ -9,6 +9,8 @@ use crate::{
 
 /// Triangles that are numbered and handed to the sink at once.
 const AT_ONCE: usize = 256;
+/// Of those, triangles that are asked together whether they have vertices of other blocks.
+const TOGETHER: usize = 16;
 
 /// Numbers of vertices that later blocks refer to.
 #[derive(Default)]
@@ -76,11 +78,7 @@ impl Seams {
         frame.vertices += positions.len();
         let mut numbered = [[0; 3]; AT_ONCE];
         for triangles in piece.triangles.chunks(AT_ONCE) {
-            let mut count = 0;
-            for triangle in triangles {
-                numbered[count] = triangle.map(|v| self.number(v));
-                count += usize::from(!(self.lacks && numbered[count].contains(&MISSING)));
-            }
+            let count = self.number(triangles, &mut numbered);
             sink.append(Part {
                 first_vertex: frame.vertices,
                 first_triangle: frame.triangles,
@@ -95,9 +93,30 @@ impl Seams {
         Ok(())
     }
 
-    #[inline(always)]
-    fn number(&self, v: u32) -> u32 {
-        if v & FOREIGN == 0 { v + self.base } else { self.resolved[(v ^ FOREIGN) as usize] }
+    /// Gives triangles their vertices' numbers in the whole surface; those without some vertex are left out. Gives how many
+    /// there are then.
+    fn number(&self, triangles: &[[u32; 3]], to: &mut [[u32; 3]; AT_ONCE]) -> usize {
+        let mut count = 0;
+        for some in triangles.chunks(TOGETHER) {
+            let numbers = &mut to[count..count + some.len()];
+            let mut any = 0;
+            for (&v, number) in some.as_flattened().iter().zip(numbers.as_flattened_mut()) {
+                any |= v;
+                *number = v.wrapping_add(self.base);
+            }
+            if any & FOREIGN == 0 {
+                count += some.len();
+                continue;
+            }
+            for triangle in some {
+                to[count] = triangle.map(|v| match v & FOREIGN {
+                    0 => v + self.base,
+                    _ => self.resolved[(v ^ FOREIGN) as usize],
+                });
+                count += usize::from(!(self.lacks && to[count].contains(&MISSING)));
+            }
+        }
+        count
     }
 
     /// Remembers the vertices that later blocks may refer to of a block that has been written.
