@@ -5,23 +5,34 @@
 //! against each other, and their depths are compared in the middle of what is left. Pairs are left out where the overlap is
 //! less than a millionth of the smaller triangle, or both are at the same depth.
 //!
-//! The fast variant seeds from particles and may step back to a slab that it left; the exact one never does.
+//! The fast variant seeds from particles and may step back to a slab that it left; the exact one never does. With levels of
+//! detail, cells are as large as the distance from the eye allows: three sizes in blocks of 8 finest cells.
 //!
 //! Source: this project; the variants are those of Rosenberg & Birdwell, "Real-time particle isosurface extraction", 2008,
 //! section 5.
 
 use pellicle::Mesh;
-use pellicle::realtime::{DrawOrder, Engine, Params, Seeds, Sweep, View};
+use pellicle::realtime::{DrawOrder, Engine, Params, Region, Seeds, Sweep, View};
 use pellicle_scenes::{FRAMES, ISO, Play, SUPPORT, Show};
 use rayon::prelude::*;
 
+/// How the surface is made.
+#[derive(Clone, Copy)]
+enum Way {
+    From(Seeds),
+    Levels,
+}
+
 /// What is tried: its name, and how the engine is set.
-const VARIANTS: [(&str, Seeds, Option<Sweep>); 5] = [
-    ("no order", Seeds::Complete, None),
-    ("fast, best axis", Seeds::Particles, Some(Sweep::BestAxis)),
-    ("fast, rotated", Seeds::Particles, Some(Sweep::Rotated)),
-    ("exact, best axis", Seeds::Complete, Some(Sweep::BestAxis)),
-    ("exact, rotated", Seeds::Complete, Some(Sweep::Rotated)),
+const VARIANTS: [(&str, Way, Option<Sweep>); 8] = [
+    ("no order", Way::From(Seeds::Complete), None),
+    ("fast, best axis", Way::From(Seeds::Particles), Some(Sweep::BestAxis)),
+    ("fast, rotated", Way::From(Seeds::Particles), Some(Sweep::Rotated)),
+    ("exact, best axis", Way::From(Seeds::Complete), Some(Sweep::BestAxis)),
+    ("exact, rotated", Way::From(Seeds::Complete), Some(Sweep::Rotated)),
+    ("levels, no order", Way::Levels, None),
+    ("levels, best axis", Way::Levels, Some(Sweep::BestAxis)),
+    ("levels, rotated", Way::Levels, Some(Sweep::Rotated)),
 ];
 
 /// Runs the verb.
@@ -36,9 +47,8 @@ pub fn run(words: &[String]) -> Result<(), String> {
     }
     let settings = [(Show::Fountain, 1.0), (Show::Blob, 0.4), (Show::Explosion, 0.75), (Show::Monster, 0.5)];
     for (show, spacing) in settings {
-        for (name, seeds, sweep) in VARIANTS {
-            let params = Params { iso: ISO.into(), seeds, ..Params::new(SUPPORT.into(), spacing) };
-            let tally = of_show(show, params, sweep)?;
+        for (name, way, sweep) in VARIANTS {
+            let tally = of_show(show, spacing, way, sweep)?;
             let share = tally.wrong as f64 / tally.pairs.max(1) as f64;
             if json {
                 let row = serde_json::json!({
@@ -63,8 +73,13 @@ struct Tally {
 }
 
 /// Over three frames, each seen from three sides.
-fn of_show(show: Show, params: Params, sweep: Option<Sweep>) -> Result<Tally, String> {
+fn of_show(show: Show, spacing: f64, way: Way, sweep: Option<Sweep>) -> Result<Tally, String> {
     const FORWARD: [[f64; 3]; 3] = [[0.1, -0.25, -1.0], [-1.0, -0.6, -0.7], [0.5, -1.0, 0.6]];
+    let params = Params { iso: ISO.into(), ..Params::new(SUPPORT.into(), spacing) };
+    let params = match way {
+        Way::From(seeds) => Params { seeds, ..params },
+        Way::Levels => Params { block: [8; 3], ..params },
+    };
     let mut engine = Engine::new(params).map_err(|error| error.to_string())?;
     let (mut mesh, mut play, mut tally) = (Mesh::default(), Play::new(show, 1), Tally::default());
     for frame in [FRAMES / 4, FRAMES / 2, FRAMES - 1] {
@@ -80,7 +95,14 @@ fn of_show(show: Show, params: Params, sweep: Option<Sweep>) -> Result<Tally, St
             let order = DrawOrder::BackToFront;
             let view = sweep.map(|sweep| View { eye: Some(eye), forward, order, sweep });
             engine.set_view(view).map_err(|error| error.to_string())?;
-            engine.update(positions, &mut mesh).map_err(|error| error.to_string())?;
+            let frame = match way {
+                Way::From(_) => engine.update(positions, &mut mesh),
+                Way::Levels => {
+                    let wish = |block: &Region| block.level_by_distance(eye, 1.2 * radius);
+                    engine.update_with_levels(positions, wish, &mut mesh)
+                }
+            };
+            frame.map_err(|error| error.to_string())?;
             let one = judge(&projected(&mesh, eye, forward));
             tally = Tally { pairs: tally.pairs + one.pairs, wrong: tally.wrong + one.wrong };
         }

@@ -10,13 +10,14 @@ use std::{
 use super::{
     Grid, NodeSet, Samples, Source,
     around::Around,
-    cells,
+    cells, order,
     rows::{Row, Rows, number},
     vertices::{self, Place, Vertices},
 };
 use crate::{
     Error,
     bricks::levels::AROUND,
+    march::slices::Sight,
     math::ranges::{PerItem, for_each_part},
 };
 
@@ -140,10 +141,14 @@ impl Surface {
         Ok(())
     }
 
-    /// Writes the triangles of some blocks: `to` has as many places as [`triangles`](Self::triangles) says.
-    pub(crate) fn write_triangles(&self, blocks: Range<usize>, to: &mut [[u32; 3]]) {
+    /// Writes the triangles of some blocks, each block's in the order of a viewer if there is one: `to` has as many places
+    /// as [`triangles`](Self::triangles) says.
+    pub(crate) fn write_triangles(&self, blocks: Range<usize>, sight: Option<Sight>, to: &mut [[u32; 3]]) {
         let start = |block: usize| self.first_triangle[block];
-        for_each_part(blocks, to, &start, &|block, to: &mut [_]| cells::write(&self.rows, block, to));
+        for_each_part(blocks, to, &start, &|block, to: &mut [_]| match sight {
+            None => cells::write(&self.rows, block, to),
+            Some(sight) => order::write(&self.rows, block, sight, to),
+        });
     }
 
     /// Writes the vertices of some blocks: `to` has as many places as [`vertices`](Self::vertices) says.

@@ -1,5 +1,10 @@
 use super::*;
-use crate::{Mesh, bricks::levels::Levels, mesh::Report};
+use crate::{
+    Mesh,
+    bricks::levels::Levels,
+    march::slices::{DrawOrder, Sight},
+    mesh::Report,
+};
 
 /// Any function of a node.
 struct Nodes<F>(F);
@@ -35,6 +40,11 @@ impl<F: Fn(Coord) -> f32 + Sync> Source for Nodes<F> {
 
 /// Blocks with levels, and a field of whose nodes those greater than 0 are inside.
 fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mesh {
+    seen(side, levels, None, field).0
+}
+
+/// The same in the order of a viewer, and how many triangles the first block has.
+fn seen(side: usize, levels: Levels, sight: Option<Sight>, field: impl Fn(Coord) -> f32 + Sync) -> (Mesh, usize) {
     let mut surface = Surface::default();
     (surface.rows.side, surface.rows.levels) = (side, levels);
     let (mut pool, source) = (Vec::new(), Nodes(field));
@@ -48,11 +58,11 @@ fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mes
         triangles: vec![[u32::MAX; 3]; triangles],
         ..Mesh::default()
     };
-    let place = Place { iso: 0.0, origin: [0; 3], spacing: 1.0 };
+    let place = Place { iso: 0.0, origin: [0; 3], spacing: 1.0, axes: None };
     let to = Vertices { positions: &mut mesh.vertices, normals: Some(&mut mesh.normals), data: None };
     surface.write_vertices(all.clone(), &source, place, &pool, to);
-    surface.write_triangles(all, &mut mesh.triangles);
-    mesh
+    surface.write_triangles(all, sight, &mut mesh.triangles);
+    (mesh, surface.triangles(&(0..1)).len())
 }
 
 #[track_caller]
@@ -191,6 +201,100 @@ fn planes_stay_planes_across_levels() {
         let inner = |p: &&[f32; 3]| p.iter().all(|&v| v > 3.0 && v < 29.0);
         let worst = mesh.vertices.iter().filter(inner).map(|&p| height(p).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-4, "{normal:?}: {worst}");
+    }
+}
+
+#[test]
+fn a_viewer_changes_the_order_of_triangles_alone() {
+    for seed in 0..12 {
+        let list = || levels(cube(3), 2, |b| (hash(seed, b) >> 7) as u8 % 3);
+        let plain = mesh(8, list(), noise(seed));
+        let cube = [[40, 60, -30], [-9, 12, 12], [11, 12, 13]][seed as usize % 3].map(i64::from);
+        let order = [DrawOrder::BackToFront, DrawOrder::FrontToBack][seed as usize / 3 % 2];
+        let (mut other, _) = seen(8, list(), Some(Sight { order, cube }), noise(seed));
+        assert_ne!(other.triangles, plain.triangles);
+        let mut triangles = plain.triangles.clone();
+        triangles.sort_unstable();
+        other.triangles.sort_unstable();
+        assert!(other.triangles == triangles && other.vertices == plain.vertices, "{seed}");
+    }
+}
+
+/// Least and largest coordinates of a triangle.
+fn extremes(mesh: &Mesh, triangle: [u32; 3]) -> [[f32; 3]; 2] {
+    let corners = triangle.map(|v| mesh.vertices[v as usize]);
+    let over = |f: fn(f32, f32) -> f32| std::array::from_fn(|a| f(f(corners[0][a], corners[1][a]), corners[2][a]));
+    [over(f32::min), over(f32::max)]
+}
+
+#[test]
+fn within_a_block_nothing_comes_before_what_it_hides() {
+    // Vertices on the coarse block's border move by half a finest cell along each axis at most, and then to the surface.
+    const MOVED: f32 = 0.9;
+    let side = 16;
+    for (seed, viewer) in [[90, 70, 130], [-40, 99, 7], [5, -60, -50], [9, 8, 6]].into_iter().enumerate() {
+        for order in [DrawOrder::BackToFront, DrawOrder::FrontToBack] {
+            let wish = |b: Coord| u8::from(b == [0; 3]);
+            let sight = Sight { order, cube: viewer };
+            let (mesh, coarse) = seen(side, levels(cube(2), 1, wish), Some(sight), noise(seed as u32));
+            let boxes: Vec<_> = mesh.triangles[..coarse].iter().map(|&t| extremes(&mesh, t)).collect();
+            let behind = |p: &[[f32; 3]; 2], q: &[[f32; 3]; 2]| {
+                (0..3).all(|a| {
+                    // The viewer's cell of two.
+                    let eye = 2.0 * viewer[a].div_euclid(2) as f32;
+                    q[0][a] > eye + 2.0 + MOVED && p[0][a] >= q[1][a] + MOVED
+                        || q[1][a] < eye - MOVED && p[1][a] <= q[0][a] - MOVED
+                })
+            };
+            let mut judged = 0;
+            for (i, first) in boxes.iter().enumerate() {
+                for second in &boxes[i + 1..] {
+                    let (far, near) = if order == DrawOrder::BackToFront { (first, second) } else { (second, first) };
+                    assert!(!behind(near, far), "{order:?} from {viewer:?}: {near:?} is behind {far:?}");
+                    judged += usize::from(behind(far, near));
+                }
+            }
+            assert!(coarse > 1000 && judged > 300, "{coarse} triangles, {judged} pairs");
+        }
+    }
+}
+
+#[test]
+fn transition_cells_come_on_their_side_of_their_cells() {
+    let (side, height) = (16, 6.3);
+    for face in 0..6 {
+        // A plane that the face cuts at a right angle, and lines of cells in it that lead to the face.
+        let (axis, up, along) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
+        let (out, edge) = if face % 2 == 0 { (-1, 0.0) } else { (1, side as f32) };
+        let mut fine = [0; 3];
+        fine[axis] = out;
+        for (beyond, order) in [1, -1]
+            .into_iter()
+            .flat_map(|beyond| [DrawOrder::BackToFront, DrawOrder::FrontToBack].map(|order| (beyond, order)))
+        {
+            let mut viewer = [3; 3];
+            (viewer[axis], viewer[up]) = (i64::from(100 * beyond * out), 60);
+            let list = levels([[0; 3], fine], 1, |b| u8::from(b == [0; 3]));
+            let (mesh, coarse) = seen(side, list, Some(Sight { order, cube: viewer }), |n| height - n[up] as f32);
+            let mut lines = [const { Vec::new() }; 8];
+            for &triangle in &mesh.triangles[..coarse] {
+                let [low, high] = extremes(&mesh, triangle);
+                let inner = low[along] > 0.9 && high[along] < side as f32 - 0.9;
+                if (low[up] - height).abs().max((high[up] - height).abs()) < 1e-3 && inner {
+                    let deepest = out as f32 * (edge - if out > 0 { low[axis] } else { high[axis] });
+                    // How deep in the coarse block: a transition cell's triangles at most half a finest cell.
+                    let part = i32::from(deepest < 0.6);
+                    let line = (0.25 * (low[along] + high[along])) as usize;
+                    lines[line.min(7)].push(part);
+                }
+            }
+            for line in &lines[1..7] {
+                let ends_with_transition = (beyond == 1) == (order == DrawOrder::BackToFront);
+                assert!(line.contains(&0) && line.contains(&1), "{face}: {line:?}");
+                let sorted = line.windows(2).all(|w| if ends_with_transition { w[0] <= w[1] } else { w[0] >= w[1] });
+                assert!(sorted, "face {face}, viewer {viewer:?}, {order:?}: {line:?}");
+            }
+        }
     }
 }
 

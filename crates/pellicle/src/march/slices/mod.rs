@@ -42,7 +42,10 @@ pub(crate) use slice::{Rows, Todo, WIDEST};
 use crate::{
     lattice::Coord,
     lookup::columns::{Border, Columns, Extent, Near, Placed, Room},
-    math::simd::{Kernel, Simd},
+    math::{
+        simd::{Kernel, Simd},
+        vector::{Axes, from_axes},
+    },
 };
 use slice::{ABOVE, BELOW, Pool};
 
@@ -207,7 +210,7 @@ pub(crate) struct Scene<'a, B, K> {
     /// Distance of neighbouring nodes in world units.
     pub(crate) spacing: f64,
     /// The lattice's axes in the world, a rotation, where they are not the world's own.
-    pub(crate) axes: Option<[[f64; 3]; 3]>,
+    pub(crate) axes: Option<Axes>,
     pub(crate) clock: Option<Clock>,
 }
 
@@ -215,10 +218,7 @@ impl<B, K> Scene<'_, B, K> {
     /// Turns a vector from the lattice's axes to the world's.
     #[inline(always)]
     pub(crate) fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
-        match &self.axes {
-            None => v,
-            Some(axes) => [0, 1, 2].map(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]),
-        }
+        from_axes(self.axes.as_ref(), v)
     }
 
     /// Offset from the mesh's origin in world units of a place in cells from there.

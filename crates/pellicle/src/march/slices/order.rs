@@ -8,7 +8,10 @@
 //! Source: Rosenberg & Birdwell 2008, section 5; product orders in place of sorting by distance are this project's.
 
 use super::slice::Todo;
-use crate::march::tables::{CASES, MOST, edge_corner};
+use crate::{
+    lattice::Coord,
+    march::tables::{CASES, MOST, edge_corner},
+};
 
 /// The order in which triangles are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,8 +46,8 @@ pub(crate) fn next(todo: &mut Todo, sight: Option<&Sight>) -> Option<(usize, usi
     if todo.is_empty() {
         return None;
     }
-    let y = pick(todo.filled, lower_side(sight.cube[1], sight.order), sight.order);
-    let x = pick(todo.rows[y], lower_side(sight.cube[0], sight.order), sight.order);
+    let y = sight.first(1, todo.filled);
+    let x = sight.first(0, todo.rows[y]);
     todo.take(x, y);
     Some((x, y))
 }
@@ -64,6 +67,18 @@ fn pick(bits: u64, below: u64, order: DrawOrder) -> usize {
 }
 
 impl Sight {
+    /// The viewer as a block sees him whose first node is this, with cubes of `stride` cells of the finest lattice.
+    pub(crate) fn in_block(self, first: Coord, stride: i32) -> Self {
+        let cube = std::array::from_fn(|a| (self.cube[a] - i64::from(first[a])).div_euclid(stride.into()));
+        Self { cube, ..self }
+    }
+
+    /// Of some places along an axis, which are not none, the one that comes first.
+    #[inline(always)]
+    pub(crate) fn first(&self, axis: usize, places: u64) -> usize {
+        pick(places, lower_side(self.cube[axis], self.order), self.order)
+    }
+
     /// The triangles of a case in the order in which they are drawn, seen from `cube`.
     #[inline(always)]
     pub(crate) fn triangles(&self, cube: [usize; 3], case: usize) -> impl Iterator<Item = [u8; 3]> + use<> {

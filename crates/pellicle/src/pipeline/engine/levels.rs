@@ -1,24 +1,26 @@
 //! Road B with a cell size for each block: particles → blocks → levels → columns → cells and transition cells → sink.
 //!
 //! Vertices of a block may be those of blocks that come later, so all vertices go to the sink before all triangles; both in
-//! the order of blocks.
+//! the order of blocks, which is the viewer's if there is one.
 
 use super::{
     Blend, Engine, Frame, MOST_LEVELS, Metaball, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
+    view::corners,
 };
 use crate::{
     Error,
     bricks::levels::ABSENT,
-    lattice::Coord,
     lookup::columns::Room,
     march::{
         levels::{Columned, Place, Pool, Scratch, Surface, Vertices, fit_pool},
         slices::{Lap, Seeds},
     },
+    math::vector::{Axes, from_axes},
     sink::Part,
 };
 
-/// The part of the world that a block takes, in world units.
+/// The part of the world that a block takes, in world units: where a view turns the lattice
+/// ([`Sweep::Rotated`](super::Sweep::Rotated)), the least box around it whose faces are not turned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Region {
     /// Its lowest corner.
@@ -28,6 +30,14 @@ pub struct Region {
 }
 
 impl Region {
+    /// The least region that holds these points.
+    fn around(points: &[[f64; 3]; 8]) -> Self {
+        let bound = |pick: fn(f64, f64) -> f64| {
+            std::array::from_fn(|a| points[1..].iter().fold(points[0][a], |bound, p| pick(bound, p[a])))
+        };
+        Self { low: bound(f64::min), high: bound(f64::max) }
+    }
+
     /// Distance of its nearest point from a point: 0 within.
     pub fn distance(&self, from: [f64; 3]) -> f64 {
         let beyond = |a: usize| (self.low[a] - from[a]).max(from[a] - self.high[a]).max(0.0);
@@ -86,7 +96,8 @@ impl<K: Skin> Engine<K> {
     /// As [`update`](Self::update), with a cell size for each block: `wish` is asked for the level of every block that
     /// particles reach. At level 0 cells have the edge [`Params::spacing`](super::Params::spacing), at each further level
     /// twice that, up to [`coarsest_level`](Self::coarsest_level). Levels of blocks that touch, if only in a corner, are
-    /// made to differ by one at most, by refining what is too coarse. The surface is closed, across levels, too.
+    /// made to differ by one at most, by refining what is too coarse. The surface is closed, across levels, too. With a
+    /// [view](Self::set_view) triangles come in the viewer's order.
     ///
     /// ```
     /// use pellicle::{Mesh, realtime::{Engine, Params}};
@@ -102,8 +113,8 @@ impl<K: Skin> Engine<K> {
     /// ```
     ///
     /// # Errors
-    /// As [`update`](Self::update); [`Error::Parameter`] for blocks that are not cubes, seeds from particles, a view and
-    /// reuse, which do not go with levels.
+    /// As [`update`](Self::update); [`Error::Parameter`] for blocks that are not cubes, seeds from particles and reuse, which
+    /// do not go with levels.
     pub fn update_with_levels<'a>(
         &mut self,
         particles: impl Into<Particles<'a>>,
@@ -112,12 +123,12 @@ impl<K: Skin> Engine<K> {
     ) -> Result<Frame, Error> {
         self.check_levels()?;
         let particles = particles.into();
-        self.prepare(&particles, &mut |_| true)?;
+        let axes = self.prepare(&particles, &mut |_| true)?;
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         if self.params.field == Metaball::Triquet && !varied {
-            return self.march_levels(&Radial::<_, false>(Triquet), &mut wish, sink);
+            return self.march_levels(axes, &Radial::<_, false>(Triquet), &mut wish, sink);
         }
-        self.march_levels(&Radial::<_, true>(self.falloff()), &mut wish, sink)
+        self.march_levels(axes, &Radial::<_, true>(self.falloff()), &mut wish, sink)
     }
 
     /// What does not go with levels.
@@ -133,23 +144,19 @@ impl<K: Skin> Engine<K> {
         if self.params.reuse != Reuse::Off {
             return refuse("reuse", f64::NAN, "Reuse::Off, with levels");
         }
-        if self.view.is_some() {
-            return refuse("view", f64::NAN, "none, with levels: blocks have one order");
-        }
         Ok(())
     }
 
     /// Lists the blocks with their levels.
-    fn choose(&mut self, wish: Wish<'_>) {
+    fn choose(&mut self, axes: Option<&Axes>, wish: Wish<'_>) {
         let side = self.params.block[0];
         let (coarsest, spacing) = (self.coarsest_level(), self.params.spacing);
-        let place = |at: Coord| at.map(|v| f64::from(v) * side as f64 * spacing);
         let rows = &mut self.detail.surface.rows;
         rows.side = side;
         let blocks = &self.blocks;
         rows.levels.take(
             blocks.blocks.iter().map(|block| {
-                let region = Region { low: place(block.at), high: place(block.at.map(|v| v + 1)) };
+                let region = Region::around(&corners(axes, block.at, [side; 3], spacing));
                 (block.at, blocks.around(block), wish(&region))
             }),
             coarsest,
@@ -159,12 +166,13 @@ impl<K: Skin> Engine<K> {
     /// The surface of the blocks, each at its level.
     fn march_levels(
         &mut self,
+        axes: Option<Axes>,
         blend: &impl Blend,
         wish: Wish<'_>,
         sink: &mut impl Sink<K::Vertex>,
     ) -> Result<Frame, Error> {
         let mut lap = Lap::new(self.clock);
-        self.choose(wish);
+        self.choose(axes.as_ref(), wish);
         let side = self.params.block[0];
         let (shading, origin) = (self.shading(), self.origin([side as i32; 3]));
         let scene = Scene {
@@ -176,9 +184,10 @@ impl<K: Skin> Engine<K> {
             particles: &self.placed,
             origin,
             spacing: self.params.spacing,
-            axes: None,
+            axes,
             clock: None,
         };
+        let sight = self.sight(axes.as_ref());
         let mut frame = Frame {
             particles: self.placed.len(),
             blocks: self.blocks.blocks.len(),
@@ -186,12 +195,12 @@ impl<K: Skin> Engine<K> {
             times: self.times,
             ..Frame::default()
         };
-        sink.begin(origin.map(|n| f64::from(n) * scene.spacing));
+        sink.begin(from_axes(axes.as_ref(), origin.map(|n| f64::from(n) * scene.spacing)));
         let Detail { surface, pool, positions, normals, data, triangles } = &mut self.detail;
         fit_pool(pool);
         let source = Columned { unit: self.unit, scene: &scene, blocks: &self.blocks };
         surface.count(&source, scene.iso, pool)?;
-        let place = Place { iso: scene.iso, origin, spacing: scene.spacing };
+        let place = Place { iso: scene.iso, origin, spacing: scene.spacing, axes };
         let all = surface.blocks();
         let batch = 8 * rayon::current_num_threads();
         let batches = || (0..all).step_by(batch).map(|first| first..all.min(first + batch));
@@ -214,7 +223,7 @@ impl<K: Skin> Engine<K> {
         for blocks in batches() {
             let range = surface.triangles(&blocks);
             triangles.resize(range.len(), [0; 3]);
-            surface.write_triangles(blocks, triangles);
+            surface.write_triangles(blocks, sight, triangles);
             let (first_vertex, first_triangle) = (frame.vertices, range.start);
             sink.append(Part {
                 first_vertex,

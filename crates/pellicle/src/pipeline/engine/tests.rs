@@ -146,15 +146,47 @@ fn a_viewer_changes_the_order_of_triangles_and_nothing_else() {
             // A mirrored cube's polygons are cut along other diagonals.
             assert!((report.signed_volume / volume - 1.0).abs() < 2e-3, "{view:?}");
         }
-        for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
-            // Outward: a step along the normal leaves the field weaker.
-            let field = |by: f32| -> f32 {
-                let at: [f32; 3] = std::array::from_fn(|a| vertex[a] + by * normal[a]);
-                let u = |p: &[f32; 3]| 1.0 - (0..3).map(|a| (at[a] - p[a]).powi(2)).sum::<f32>() / 9.0;
-                positions.iter().map(|p| u(p).max(0.0).powi(2) / 4.0).sum()
-            };
-            assert!(field(0.05) < field(-0.05), "{view:?} at {vertex:?}");
+        assert_outward(&mesh, &positions, view);
+    }
+}
+
+/// A step along a normal leaves the field weaker.
+#[track_caller]
+fn assert_outward(mesh: &Mesh, positions: &[[f32; 3]], view: View) {
+    for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
+        let field = |by: f32| -> f32 {
+            let at: [f32; 3] = std::array::from_fn(|a| vertex[a] + by * normal[a]);
+            let u = |p: &[f32; 3]| 1.0 - (0..3).map(|a| (at[a] - p[a]).powi(2)).sum::<f32>() / 9.0;
+            positions.iter().map(|p| u(p).max(0.0).powi(2) / 4.0).sum()
+        };
+        assert!(field(0.05) < field(-0.05), "{view:?} at {vertex:?}");
+    }
+}
+
+#[test]
+fn a_viewer_changes_the_order_with_levels_too() {
+    let positions = cloud(6, 200, [14.0, 20.0, 10.0]);
+    let mut engine = Engine::new(Params { block: [8; 3], ..Params::new(3.0, 0.5) }).unwrap();
+    let mut make = |view: Option<View>| {
+        let mut mesh = Mesh::default();
+        engine.set_view(view).unwrap();
+        let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+        let frame = engine.update_with_levels(&positions, wish, &mut mesh).unwrap();
+        assert!(frame.levels[0] > 8 && frame.levels[1] > 8, "{frame:?}");
+        mesh
+    };
+    let plain = make(None);
+    let volume = Report::of(&plain).signed_volume;
+    for view in views() {
+        let mesh = make(Some(view));
+        assert_closed(&mesh, &format!("{view:?}"));
+        let report = Report::of(&mesh);
+        assert!((report.signed_volume / volume - 1.0).abs() < 0.02, "{view:?}: {} {volume}", report.signed_volume);
+        if view.sweep == Sweep::BestAxis {
+            // Blocks, and so their levels, are the same.
+            assert_eq!(mesh.vertices.len(), plain.vertices.len(), "{view:?}");
         }
+        assert_outward(&mesh, &positions, view);
     }
 }
 
