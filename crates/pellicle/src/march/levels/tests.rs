@@ -43,8 +43,8 @@ fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mes
     seen(side, levels, None, field).0
 }
 
-/// The same in the order of a viewer, and how many triangles the first block has.
-fn seen(side: usize, levels: Levels, sight: Option<Sight>, field: impl Fn(Coord) -> f32 + Sync) -> (Mesh, usize) {
+/// The same in the order of a viewer, and where each block's triangles begin, and the end.
+fn seen(side: usize, levels: Levels, sight: Option<Sight>, field: impl Fn(Coord) -> f32 + Sync) -> (Mesh, Vec<usize>) {
     let mut surface = Surface::default();
     (surface.rows.side, surface.rows.levels) = (side, levels);
     let (mut pool, source) = (Vec::new(), Nodes(field));
@@ -62,7 +62,7 @@ fn seen(side: usize, levels: Levels, sight: Option<Sight>, field: impl Fn(Coord)
     let to = Vertices { positions: &mut mesh.vertices, normals: Some(&mut mesh.normals), data: None };
     surface.write_vertices(all.clone(), &source, place, &pool, to);
     surface.write_triangles(all, sight, &mut mesh.triangles);
-    (mesh, surface.triangles(&(0..1)).len())
+    (mesh, (0..=surface.blocks()).map(|end| surface.triangles(&(0..end)).len()).collect())
 }
 
 #[track_caller]
@@ -220,6 +220,49 @@ fn a_viewer_changes_the_order_of_triangles_alone() {
     }
 }
 
+/// Edges, by vertices, that have a triangle on one side only; panics if one has two on the same side.
+fn open_edges(triangles: &[[u32; 3]]) -> usize {
+    let edges = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let sides: std::collections::HashSet<_> = edges.collect();
+    assert_eq!(sides.len(), 3 * triangles.len(), "each edge once each way");
+    sides.iter().filter(|&&(a, b)| !sides.contains(&(b, a))).count()
+}
+
+#[test]
+fn what_is_hidden_leaves_the_rest_as_it_was() {
+    let mut lost_transitions = 0;
+    for seed in 0..30 {
+        let list = || levels(cube(3), 2, |b| (hash(seed, b) >> 7) as u8 % 3);
+        let hidden: Vec<bool> = cube(3).map(|b| hash(seed + 77, b) & 3 == 0).collect();
+        let (full, starts) = seen(8, list(), None, noise(seed));
+        let (some, _) = seen(8, Levels { hidden: hidden.clone(), ..list() }, None, noise(seed));
+        // A triangle by the bits of its corners' places.
+        let key = |mesh: &Mesh, t: [u32; 3]| t.map(|v| mesh.vertices[v as usize].map(f32::to_bits));
+        let left: std::collections::HashSet<_> = some.triangles.iter().map(|&t| key(&some, t)).collect();
+        let (kept, list) = (|t: [u32; 3]| left.contains(&key(&full, t)), list());
+        let mut same = Vec::new();
+        for block in 0..list.len() {
+            let triangles = &full.triangles[starts[block]..starts[block + 1]];
+            let stays = triangles.iter().copied().filter(|&t| kept(t));
+            same.extend(stays.clone());
+            let finer_hidden = list.near[block].iter().any(|&near| {
+                near != u32::MAX && hidden[near as usize] && list.level[near as usize] < list.level[block]
+            });
+            match (hidden[block], finer_hidden) {
+                (true, _) => assert_eq!(stays.count(), 0, "{seed}"),
+                (_, false) => assert_eq!(stays.count(), triangles.len(), "{seed}"),
+                _ => lost_transitions += triangles.len() - stays.count(),
+            }
+        }
+        assert_eq!(same.len(), some.triangles.len(), "{seed}: nothing but what was there");
+        // Shared by index where it was, and no vertex is there for nothing.
+        assert_eq!(open_edges(&some.triangles), open_edges(&same), "{seed}");
+        let used: std::collections::HashSet<_> = same.iter().flatten().collect();
+        assert_eq!((used.len(), some.vertices.iter().flatten().any(|v| v.is_nan())), (some.vertices.len(), false));
+    }
+    assert!(lost_transitions > 100, "{lost_transitions}");
+}
+
 /// Least and largest coordinates of a triangle.
 fn extremes(mesh: &Mesh, triangle: [u32; 3]) -> [[f32; 3]; 2] {
     let corners = triangle.map(|v| mesh.vertices[v as usize]);
@@ -236,8 +279,8 @@ fn within_a_block_nothing_comes_before_what_it_hides() {
         for order in [DrawOrder::BackToFront, DrawOrder::FrontToBack] {
             let wish = |b: Coord| u8::from(b == [0; 3]);
             let sight = Sight { order, cube: viewer };
-            let (mesh, coarse) = seen(side, levels(cube(2), 1, wish), Some(sight), noise(seed as u32));
-            let boxes: Vec<_> = mesh.triangles[..coarse].iter().map(|&t| extremes(&mesh, t)).collect();
+            let (mesh, starts) = seen(side, levels(cube(2), 1, wish), Some(sight), noise(seed as u32));
+            let boxes: Vec<_> = mesh.triangles[..starts[1]].iter().map(|&t| extremes(&mesh, t)).collect();
             let behind = |p: &[[f32; 3]; 2], q: &[[f32; 3]; 2]| {
                 (0..3).all(|a| {
                     // The viewer's cell of two.
@@ -254,7 +297,7 @@ fn within_a_block_nothing_comes_before_what_it_hides() {
                     judged += usize::from(behind(far, near));
                 }
             }
-            assert!(coarse > 1000 && judged > 300, "{coarse} triangles, {judged} pairs");
+            assert!(boxes.len() > 1000 && judged > 300, "{} triangles, {judged} pairs", boxes.len());
         }
     }
 }
@@ -275,9 +318,9 @@ fn transition_cells_come_on_their_side_of_their_cells() {
             let mut viewer = [3; 3];
             (viewer[axis], viewer[up]) = (i64::from(100 * beyond * out), 60);
             let list = levels([[0; 3], fine], 1, |b| u8::from(b == [0; 3]));
-            let (mesh, coarse) = seen(side, list, Some(Sight { order, cube: viewer }), |n| height - n[up] as f32);
+            let (mesh, starts) = seen(side, list, Some(Sight { order, cube: viewer }), |n| height - n[up] as f32);
             let mut lines = [const { Vec::new() }; 8];
-            for &triangle in &mesh.triangles[..coarse] {
+            for &triangle in &mesh.triangles[..starts[1]] {
                 let [low, high] = extremes(&mesh, triangle);
                 let inner = low[along] > 0.9 && high[along] < side as f32 - 0.9;
                 if (low[up] - height).abs().max((high[up] - height).abs()) < 1e-3 && inner {

@@ -4,8 +4,8 @@
 //! the order of blocks, which is the viewer's if there is one.
 
 use super::{
-    Blend, Engine, Frame, MOST_LEVELS, Metaball, Particles, Placed, Radial, Reuse, Scene, Sink, Skin, Triquet,
-    view::corners,
+    Blend, Custom, CustomField, Engine, Frame, MOST_LEVELS, Metaball, Particles, Placed, Radial, Reuse, Scene, Sink,
+    Skin, Triquet, view::corners,
 };
 use crate::{
     Error,
@@ -85,6 +85,8 @@ impl<K: Skin> Default for Detail<K> {
 
 /// Which level a block shall have.
 pub(super) type Wish<'a> = &'a mut dyn FnMut(&Region) -> u8;
+/// Whether a block is shown, given its eight corners.
+type Visible<'a> = &'a mut dyn FnMut(&[[f64; 3]; 8]) -> bool;
 
 impl<K: Skin> Engine<K> {
     /// The coarsest level that blocks can have: their size must be a multiple of the coarsest cell.
@@ -118,17 +120,54 @@ impl<K: Skin> Engine<K> {
     pub fn update_with_levels<'a>(
         &mut self,
         particles: impl Into<Particles<'a>>,
+        wish: impl FnMut(&Region) -> u8,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        self.update_visible_with_levels(particles, |_| true, wish, sink)
+    }
+
+    /// As [`update_with_levels`](Self::update_with_levels), but leaves out the blocks that are not `visible`, which is asked
+    /// with a block's eight corners in world units, as in [`update_visible`](Self::update_visible). Blocks that are left out
+    /// are asked for their levels and balanced like others. So what is left is as it would be with them, vertex for vertex:
+    /// the surface is open where a block is left out, and nowhere else. Between a coarse block and a finer one that is left
+    /// out it ends a quarter of a coarse cell before the border, where transition cells would begin.
+    ///
+    /// # Errors
+    /// As [`update_with_levels`](Self::update_with_levels).
+    pub fn update_visible_with_levels<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        mut visible: impl FnMut(&[[f64; 3]; 8]) -> bool,
         mut wish: impl FnMut(&Region) -> u8,
         sink: &mut impl Sink<K::Vertex>,
     ) -> Result<Frame, Error> {
         self.check_levels()?;
         let particles = particles.into();
         let axes = self.prepare(&particles, &mut |_| true)?;
+        self.choose(axes.as_ref(), &mut visible, &mut wish);
         let varied = particles.reaches.is_some() || particles.strengths.is_some();
         if self.params.field == Metaball::Triquet && !varied {
-            return self.march_levels(axes, &Radial::<_, false>(Triquet), &mut wish, sink);
+            return self.march_levels(axes, &Radial::<_, false>(Triquet), sink);
         }
-        self.march_levels(axes, &Radial::<_, true>(self.falloff()), &mut wish, sink)
+        self.march_levels(axes, &Radial::<_, true>(self.falloff()), sink)
+    }
+
+    /// As [`update_with_levels`](Self::update_with_levels), with a field of the user's in place of
+    /// [`Params::field`](super::Params::field). Every node of every block is evaluated, at each level its own.
+    ///
+    /// # Errors
+    /// As [`update_with_levels`](Self::update_with_levels).
+    pub fn update_custom_with_levels<'a>(
+        &mut self,
+        particles: impl Into<Particles<'a>>,
+        field: &impl CustomField,
+        mut wish: impl FnMut(&Region) -> u8,
+        sink: &mut impl Sink<K::Vertex>,
+    ) -> Result<Frame, Error> {
+        self.check_levels()?;
+        let axes = self.prepare(&particles.into(), &mut |_| true)?;
+        self.choose(axes.as_ref(), &mut |_| true, &mut wish);
+        self.march_levels(axes, &Custom(field), sink)
     }
 
     /// What does not go with levels.
@@ -147,8 +186,8 @@ impl<K: Skin> Engine<K> {
         Ok(())
     }
 
-    /// Lists the blocks with their levels.
-    fn choose(&mut self, axes: Option<&Axes>, wish: Wish<'_>) {
+    /// Lists the blocks with their levels, and which of them are hidden.
+    fn choose(&mut self, axes: Option<&Axes>, visible: Visible<'_>, wish: Wish<'_>) {
         let side = self.params.block[0];
         let (coarsest, spacing) = (self.coarsest_level(), self.params.spacing);
         let rows = &mut self.detail.surface.rows;
@@ -156,23 +195,21 @@ impl<K: Skin> Engine<K> {
         let blocks = &self.blocks;
         rows.levels.take(
             blocks.blocks.iter().map(|block| {
-                let region = Region::around(&corners(axes, block.at, [side; 3], spacing));
-                (block.at, blocks.around(block), wish(&region))
+                let corners = corners(axes, block.at, [side; 3], spacing);
+                (block.at, blocks.around(block), wish(&Region::around(&corners)), !visible(&corners))
             }),
             coarsest,
         );
     }
 
-    /// The surface of the blocks, each at its level.
+    /// The surface of the blocks that were chosen, each at its level.
     fn march_levels(
         &mut self,
         axes: Option<Axes>,
         blend: &impl Blend,
-        wish: Wish<'_>,
         sink: &mut impl Sink<K::Vertex>,
     ) -> Result<Frame, Error> {
         let mut lap = Lap::new(self.clock);
-        self.choose(axes.as_ref(), wish);
         let side = self.params.block[0];
         let (shading, origin) = (self.shading(), self.origin([side as i32; 3]));
         let scene = Scene {
@@ -190,7 +227,6 @@ impl<K: Skin> Engine<K> {
         let sight = self.sight(axes.as_ref());
         let mut frame = Frame {
             particles: self.placed.len(),
-            blocks: self.blocks.blocks.len(),
             particle_bytes: self.placed.len() * size_of::<Placed>() + self.blocks.bytes(),
             times: self.times,
             ..Frame::default()
@@ -235,9 +271,11 @@ impl<K: Skin> Engine<K> {
             });
         }
         frame.triangles = surface.triangles(&(0..all)).len();
-        for level in &surface.rows.levels.level {
-            frame.levels[usize::from(*level)] += 1;
+        let levels = &surface.rows.levels;
+        for (&level, _) in levels.level.iter().zip(&levels.hidden).filter(|&(_, &hidden)| !hidden) {
+            frame.levels[usize::from(level)] += 1;
         }
+        frame.blocks = frame.levels.iter().sum();
         let works = || pool.iter().map(|work| work.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
         let room = works().fold(Room::default(), |room, work| room.join(&work.scratch.room()));
         for mut work in works() {

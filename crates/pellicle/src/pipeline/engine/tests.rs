@@ -226,6 +226,81 @@ fn a_block_that_is_not_visible_is_left_out_and_the_rest_stays() {
 }
 
 #[test]
+fn with_levels_a_block_that_is_not_visible_is_left_out_too() {
+    let positions = cloud(8, 300, [30.0, 8.0, 8.0]);
+    let mut engine = Engine::new(Params { block: [8; 3], ..Params::new(3.0, 0.5) }).unwrap();
+    let (mut all, mut some) = (Mesh::default(), Mesh::default());
+    let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+    let full = engine.update_with_levels(&positions, wish, &mut all).unwrap();
+    let visible = |corners: &[[f64; 3]; 8]| corners.iter().any(|c| c[0] > 1.0);
+    let frame = engine.update_visible_with_levels(&positions, visible, wish, &mut some).unwrap();
+    assert!(frame.blocks < full.blocks && frame.levels[0] > 0 && frame.levels[1] > 0, "{frame:?} {full:?}");
+    assert!(some.triangles.len() > all.triangles.len() / 4 && some.triangles.len() < all.triangles.len());
+    let mut right = [&all, &some].map(|mesh| {
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.vertices[v as usize].map(f32::to_bits)));
+        corners.filter(|c| c.iter().all(|p| f32::from_bits(p[0]) > 1.1)).collect::<Vec<_>>()
+    });
+    right.iter_mut().for_each(|triangles| triangles.sort_unstable());
+    assert!(right[0] == right[1] && right[0].len() > 1000, "{}", right[0].len());
+    // Everything left out is nothing at all.
+    let frame = engine.update_visible_with_levels(&positions, |_| false, wish, &mut some).unwrap();
+    assert_eq!((frame.blocks, some.vertices.len(), some.triangles.len()), (0, 0, 0));
+}
+
+/// Triquet's metaballs, told by a user, who lets particles of odd numbers count half.
+struct Halves;
+
+impl CustomField for Halves {
+    fn value(&self, particle: usize, rest: f32) -> f32 {
+        rest * rest / if particle % 2 == 1 { 8.0 } else { 4.0 }
+    }
+
+    fn slope(&self, particle: usize, rest: f32) -> f32 {
+        rest / if particle % 2 == 1 { 4.0 } else { 2.0 }
+    }
+}
+
+/// The least number of a particle near a vertex.
+struct Least;
+
+impl Skin for Least {
+    type Corner = usize;
+    type Vertex = usize;
+
+    fn corner(&self, near: crate::march::slices::Neighbours<'_>) -> usize {
+        near.map(|n| n.particle).min().unwrap_or(usize::MAX)
+    }
+
+    fn vertex(&self, ends: [usize; 2], _: f32) -> usize {
+        ends[0].min(ends[1])
+    }
+}
+
+#[test]
+fn a_field_of_the_users_goes_with_levels_and_his_data() {
+    let positions = cloud(9, 150, [10.0, 14.0, 8.0]);
+    let strengths: Vec<f32> = (0..150).map(|i| if i % 2 == 1 { 0.5 } else { 1.0 }).collect();
+    let params = Params { block: [8; 3], ..Params::new(3.0, 0.5) };
+    let (mut engine, mut with) = (Engine::with_skin(params.clone(), Least).unwrap(), Engine::new(params).unwrap());
+    let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+    for view in std::iter::once(None).chain(views().map(Some)) {
+        engine.set_view(view).unwrap();
+        with.set_view(view).unwrap();
+        let (mut custom, mut built_in) = (crate::sink::Shaded::default(), Mesh::default());
+        let frame = engine.update_custom_with_levels(&positions, &Halves, wish, &mut custom).unwrap();
+        let particles = Particles { strengths: Some(&strengths), ..Particles::from(&positions) };
+        let other = with.update_with_levels(particles, wish, &mut built_in).unwrap();
+        assert!(frame.levels[0] > 0 && frame.levels == other.levels, "{frame:?}");
+        assert_eq!((frame.vertices, frame.triangles), (other.vertices, other.triangles), "{view:?}");
+        assert_closed(&custom.mesh, "the user's field");
+        for (vertex, &least) in custom.mesh.vertices.iter().zip(&custom.data) {
+            let near = |p: &[f32; 3]| (0..3).map(|a| (vertex[a] - p[a]).powi(2)).sum::<f32>().sqrt() < 4.8;
+            assert!(near(&positions[least]), "a particle within reach of one end: {least}");
+        }
+    }
+}
+
+#[test]
 fn reaches_and_strengths_of_particles_count() {
     let positions = [[0.5f32, 0.5, 0.5], [12.0, 0.3, 0.7], [24.0, 0.1, 0.2]];
     let (reaches, strengths) = ([3.0f32, 1.5, 3.0], [1.0f32, 1.0, 4.0]);
