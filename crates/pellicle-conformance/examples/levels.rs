@@ -9,7 +9,7 @@ use std::{path::PathBuf, time::Instant};
 use pellicle::{
     Mesh,
     mesh::{Quality, Report},
-    realtime::{DrawOrder, Engine, Params, Region, Sweep, View},
+    realtime::{DrawOrder, Engine, Params, Region, Sorting, Sweep, View},
 };
 use pellicle_io::{WriteOptions, write_mesh};
 use pellicle_scenes::{ISO, Play, SUPPORT, Show};
@@ -30,7 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("mesh,vertices,triangles,closed,distance_mean,distance_max,angle_mean,angle_p99,ratio_min,ratio_mean,ms");
     let half = |block: &Region| u8::from(0.5 * (block.low[0] + block.high[0]) > middle);
     let forward = [-0.4, -0.5, -0.77];
-    let view = View { eye: None, forward, order: DrawOrder::BackToFront, sweep: Sweep::Rotated };
+    let view =
+        View { eye: None, forward, order: DrawOrder::BackToFront, sweep: Sweep::Rotated, sorting: Sorting::Fast };
     let ways: [(&str, &Wish<'_>, Option<View>); 4] =
         [("fine", &|_| 0, None), ("coarse", &|_| 1, None), ("mixed", &half, None), ("seen", &half, Some(view))];
     for (name, wish, view) in ways {

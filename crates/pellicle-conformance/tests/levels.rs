@@ -3,7 +3,7 @@
 use pellicle::{
     Error, Mesh,
     mesh::Report,
-    realtime::{DrawOrder, Engine, MOST_LEVELS, Metaball, Params, Particles, Region, Sweep, View},
+    realtime::{DrawOrder, Engine, MOST_LEVELS, Metaball, Params, Particles, Region, Sorting, Sweep, View},
     sink::{Buffers, Layout},
 };
 use pellicle_conformance::{in_pool, lonely};
@@ -195,7 +195,7 @@ fn a_viewers_order_is_closed_and_the_same_for_any_number_of_threads() {
             (3, Sweep::Rotated, DrawOrder::BackToFront),
             (4, Sweep::Rotated, DrawOrder::FrontToBack),
         ] {
-            let view = View { eye: Some(eye), forward: [-1.0, -0.7, -0.3], order, sweep };
+            let view = View { eye: Some(eye), forward: [-1.0, -0.7, -0.3], order, sweep, sorting: Sorting::Fast };
             for wish in [Wish::From(eye, 7.0), Wish::Random(seed)] {
                 let one = make(1, Some(view), wish);
                 assert_closed(&one, (show, view, wish));

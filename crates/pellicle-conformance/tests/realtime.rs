@@ -5,7 +5,7 @@
 
 use pellicle::{
     Error, Lanes, Mesh,
-    realtime::{DrawOrder, Engine, Frame, Params, Reuse, Seeds, Sweep, View},
+    realtime::{DrawOrder, Engine, Frame, Params, Reuse, Seeds, Sorting, Sweep, View},
     sink::{Buffers, CountOnly, Layout},
 };
 use pellicle_conformance::{Random, closed, in_pool, must, raw_particles, same_bytes, skip};
@@ -172,18 +172,22 @@ fn a_viewers_order_is_the_same_for_every_number_of_threads() {
         forward: [0.0, -1.0, 0.8],
         order: DrawOrder::BackToFront,
         sweep: Sweep::Rotated,
+        sorting: Sorting::Exact,
     };
-    let mesh = |threads| {
+    let mesh = |threads, seeds| {
         in_pool(threads, || {
-            let mut engine = Engine::new(Params { block: [16; 3], ..Params::new(3.0, 1.0) }).expect("parameters");
+            let params = Params { block: [16; 3], seeds, ..Params::new(3.0, 1.0) };
+            let mut engine = Engine::new(params).expect("parameters");
             engine.set_view(Some(view)).expect("a view");
             let mut mesh = Mesh::default();
             engine.update(&positions, &mut mesh).expect("a surface");
             mesh
         })
     };
-    must(closed(&mesh(1)));
-    must(same_bytes(&mesh(2), &mesh(1)));
+    must(closed(&mesh(1, Seeds::Complete)));
+    for seeds in [Seeds::Complete, Seeds::Particles] {
+        must(same_bytes(&mesh(2, seeds), &mesh(1, seeds)));
+    }
 }
 
 #[test]
@@ -246,6 +250,7 @@ fn blocks_that_did_not_change_are_used_again_and_nothing_shows() {
                 forward: [0.1, -1.0, 0.0],
                 order: DrawOrder::BackToFront,
                 sweep: Sweep::BestAxis,
+                sorting: Sorting::Fast,
             };
             assert_eq!(update(&positions, Some(view)).reused, 0);
             let again = update(&positions, Some(view));

@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     Mesh,
     bricks::levels::Levels,
-    march::slices::{DrawOrder, Sight},
+    march::slices::{DrawOrder, Sight, Sorting},
     mesh::Report,
 };
 
@@ -211,7 +211,7 @@ fn a_viewer_changes_the_order_of_triangles_alone() {
         let plain = mesh(8, list(), noise(seed));
         let cube = [[40, 60, -30], [-9, 12, 12], [11, 12, 13]][seed as usize % 3].map(i64::from);
         let order = [DrawOrder::BackToFront, DrawOrder::FrontToBack][seed as usize / 3 % 2];
-        let (mut other, _) = seen(8, list(), Some(Sight { order, cube }), noise(seed));
+        let (mut other, _) = seen(8, list(), Some(Sight { order, cube, sorting: Sorting::Fast }), noise(seed));
         assert_ne!(other.triangles, plain.triangles);
         let mut triangles = plain.triangles.clone();
         triangles.sort_unstable();
@@ -278,7 +278,7 @@ fn within_a_block_nothing_comes_before_what_it_hides() {
     for (seed, viewer) in [[90, 70, 130], [-40, 99, 7], [5, -60, -50], [9, 8, 6]].into_iter().enumerate() {
         for order in [DrawOrder::BackToFront, DrawOrder::FrontToBack] {
             let wish = |b: Coord| u8::from(b == [0; 3]);
-            let sight = Sight { order, cube: viewer };
+            let sight = Sight { order, cube: viewer, sorting: Sorting::Fast };
             let (mesh, starts) = seen(side, levels(cube(2), 1, wish), Some(sight), noise(seed as u32));
             let boxes: Vec<_> = mesh.triangles[..starts[1]].iter().map(|&t| extremes(&mesh, t)).collect();
             let behind = |p: &[[f32; 3]; 2], q: &[[f32; 3]; 2]| {
@@ -318,7 +318,9 @@ fn transition_cells_come_on_their_side_of_their_cells() {
             let mut viewer = [3; 3];
             (viewer[axis], viewer[up]) = (i64::from(100 * beyond * out), 60);
             let list = levels([[0; 3], fine], 1, |b| u8::from(b == [0; 3]));
-            let (mesh, starts) = seen(side, list, Some(Sight { order, cube: viewer }), |n| height - n[up] as f32);
+            let (mesh, starts) = seen(side, list, Some(Sight { order, cube: viewer, sorting: Sorting::Fast }), |n| {
+                height - n[up] as f32
+            });
             let mut lines = [const { Vec::new() }; 8];
             for &triangle in &mesh.triangles[..starts[1]] {
                 let [low, high] = extremes(&mesh, triangle);

@@ -26,6 +26,7 @@ mod order;
 mod seam;
 mod seeds;
 mod skin;
+mod slabs;
 mod slice;
 
 pub(crate) use blend::{Blend, Radial};
@@ -33,7 +34,7 @@ pub(crate) use counts::Lap;
 pub use counts::{Clock, Counts, Times};
 pub(crate) use custom::Custom;
 pub use custom::CustomField;
-pub use order::DrawOrder;
+pub use order::{DrawOrder, Sorting};
 pub(crate) use order::{Sight, next};
 pub(crate) use seam::{Owner, Reference, Seam};
 pub use skin::{Neighbour, Neighbours, Plain, Skin};
@@ -47,6 +48,7 @@ use crate::{
         vector::{Axes, from_axes},
     },
 };
+use slabs::Slabs;
 use slice::{ABOVE, BELOW, Pool};
 
 /// Most cells of a block along an axis, margin included.
@@ -139,6 +141,7 @@ pub(crate) struct Work<C> {
     pool: Pool<C>,
     todo: Vec<Todo>,
     slopes: Vec<f32>,
+    slabs: Slabs,
     needs: Needs,
 }
 
@@ -150,6 +153,7 @@ impl<C: Copy + Default> Default for Work<C> {
             pool: Pool::default(),
             todo: Vec::new(),
             slopes: Vec::new(),
+            slabs: Slabs::default(),
             needs: Needs::default(),
         }
     }
@@ -161,6 +165,7 @@ pub(crate) struct Needs {
     columns: Room,
     cells: [usize; 3],
     slices: usize,
+    slabs: slabs::Room,
     shaded: bool,
 }
 
@@ -171,6 +176,7 @@ impl Needs {
             columns: self.columns.join(&other.columns),
             cells: std::array::from_fn(|a| self.cells[a].max(other.cells[a])),
             slices: self.slices.max(other.slices),
+            slabs: self.slabs.join(&other.slabs),
             shaded: self.shaded || other.shaded,
         }
     }
@@ -194,6 +200,7 @@ impl<C: Copy + Default> Work<C> {
         self.pool.provide(needs.slices, nodes, if needs.shaded { nodes } else { 0 });
         self.todo.resize_with(needs.cells[2].max(self.todo.len()), Todo::default);
         self.slopes.resize(needs.columns.longest.max(self.slopes.len()), 0.0);
+        self.slabs.provide(&needs.slabs);
     }
 }
 
@@ -301,6 +308,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
         let slabs = extent.nodes[2] - 1;
         self.work.todo.resize_with(slabs.max(self.work.todo.len()), Todo::default);
         (self.work.near.seen, self.work.near.kept) = (0, 0);
+        self.work.slabs.clear();
         self.seed(s, extent);
         self.piece.times.seed = lap.next();
         while let Some(z) = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()) {
@@ -318,9 +326,11 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
             columns: self.work.columns.room(),
             cells: extent.nodes.map(|n| n - 1),
             slices: self.work.pool.most,
+            slabs: self.work.slabs.room(),
             shaded: shaded > 0,
         };
         self.work.needs = self.work.needs.join(&needs);
+        self.work.slabs.write(&mut self.piece.triangles);
         self.finish(slabs);
         self.piece.times.march = lap.next();
     }
@@ -335,7 +345,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         counts.looked_at = work.near.seen;
         counts.entries = work.columns.entries() as u64;
         counts.live_slices = work.pool.most as u64;
-        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>()) as u64;
+        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>() + work.slabs.bytes()) as u64;
         counts.cache_bytes = work.columns.bytes() as u64;
     }
 

@@ -321,7 +321,11 @@ impl<K: Skin> Engine<K> {
 
     /// The viewer in the lattice with these axes.
     fn sight(&self, axes: Option<&Axes>) -> Option<Sight> {
-        self.view.zip(axes).map(|(view, axes)| Sight { order: view.order, cube: view.cube(axes, self.params.spacing) })
+        self.view.zip(axes).map(|(view, axes)| Sight {
+            order: view.order,
+            sorting: view.sorting,
+            cube: view.cube(axes, self.params.spacing),
+        })
     }
 
     /// What vertices get.

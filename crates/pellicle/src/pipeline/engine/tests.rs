@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     Mesh,
     march::{
-        slices::{DrawOrder, Seeds},
+        slices::{DrawOrder, Seeds, Sorting},
         tables::COUNTS,
     },
     mesh::Report,
@@ -117,9 +117,9 @@ fn sorted_vertices(mesh: &Mesh) -> Vec<[i64; 3]> {
 fn views() -> impl Iterator<Item = View> {
     let places = [(None, [0.0, 0.0, -1.0]), (None, [1.0, 0.4, -0.2]), (Some([3.0, -20.0, 7.0]), [-0.1, 1.0, -0.3])];
     places.into_iter().flat_map(|(eye, forward)| {
-        [DrawOrder::BackToFront, DrawOrder::FrontToBack]
-            .into_iter()
-            .flat_map(move |order| [Sweep::BestAxis, Sweep::Rotated].map(|sweep| View { eye, forward, order, sweep }))
+        [DrawOrder::BackToFront, DrawOrder::FrontToBack].into_iter().flat_map(move |order| {
+            [Sweep::BestAxis, Sweep::Rotated].map(|sweep| View { eye, forward, order, sweep, sorting: Sorting::Fast })
+        })
     })
 }
 
@@ -188,6 +188,37 @@ fn a_viewer_changes_the_order_with_levels_too() {
         }
         assert_outward(&mesh, &positions, view);
     }
+}
+
+#[test]
+fn in_exact_order_seeds_from_particles_give_what_a_complete_search_gives() {
+    let positions = cloud(5, 60, [7.0; 3]);
+    let complete = Params { block: [16; 3], ..Params::new(3.0, 0.5) };
+    let seeded = Params { seeds: Seeds::Particles, ..complete.clone() };
+    let mut out_of_order = 0;
+    for view in views() {
+        let want = seen(&positions, complete.clone(), view);
+        let fast = seen(&positions, seeded.clone(), view);
+        let exact = seen(&positions, seeded.clone(), View { sorting: Sorting::Exact, ..view });
+        assert_closed(&exact, &format!("{view:?}"));
+        // Values differ in the last bits.
+        let middles = |mesh: &Mesh| -> Vec<[f64; 3]> {
+            let middle = |t: &[u32; 3]| {
+                let corners = t.map(|v| mesh.position(v as usize));
+                std::array::from_fn(|a| corners.iter().map(|c| c[a]).sum::<f64>() / 3.0)
+            };
+            mesh.triangles.iter().map(middle).collect()
+        };
+        let [want, fast, exact] = [&want, &fast, &exact].map(middles);
+        let differ = |mesh: &[[f64; 3]]| {
+            assert_eq!(mesh.len(), want.len(), "{view:?}");
+            let apart = |(p, q): (&[f64; 3], &[f64; 3])| (0..3).any(|a| (p[a] - q[a]).abs() > 1e-3);
+            mesh.iter().zip(&want).filter(|&(p, q)| apart((p, q))).count()
+        };
+        assert_eq!(differ(&exact), 0, "{view:?}, of {} triangles", want.len());
+        out_of_order += usize::from(differ(&fast) > 0);
+    }
+    assert!(out_of_order > 3, "the fast variant has another order: {out_of_order}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::{
     Error,
     lattice::Coord,
-    march::slices::{DrawOrder, Sight},
+    march::slices::{DrawOrder, Sight, Sorting},
     math::vector::{Axes, dot, from_axes},
 };
 
@@ -29,6 +29,8 @@ pub struct View {
     pub order: DrawOrder,
     /// How the lattice is swept.
     pub sweep: Sweep,
+    /// How strictly the order is kept where the march makes another one.
+    pub sorting: Sorting,
 }
 
 impl View {
@@ -115,7 +117,7 @@ mod tests {
         for forward in [[0.0, 0.0, 2.0], [1.0, -3.0, 0.5], [-0.2, 0.1, 0.1], [5.0, 5.0, 5.0]] {
             for (order, sign) in [(DrawOrder::BackToFront, -1.0), (DrawOrder::FrontToBack, 1.0)] {
                 for sweep in [Sweep::BestAxis, Sweep::Rotated] {
-                    let axes = View { eye: None, forward, order, sweep }.axes();
+                    let axes = View { eye: None, forward, order, sweep, sorting: Sorting::Fast }.axes();
                     for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
                         assert!((dot(axes[i], axes[j]) - f64::from(i == j)).abs() < 1e-12, "{axes:?}");
                     }
