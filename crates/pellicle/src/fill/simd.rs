@@ -6,7 +6,8 @@
 //! plane   16 nodes (4 along x, 4 along y) in one vector; four planes are summed side by side, so that a particle's x and
 //!         y distances are computed once, or, of wide bricks, one by one with candidates of their own
 //! pair    two of a brick's eighths, 2×2×2 nodes each, in one vector, with candidates of their own: fields whose sums fill all
-//!         registers save more by leaving out eighths than by sharing distances
+//!         registers save more by leaving out eighths than by sharing distances; where a register has eight lanes, one eighth
+//!         at a time, so that its sums stay in registers
 //! ```
 //!
 //! Every node adds its particles in canonical order; one beyond the support adds exactly zero, so what is refined away
@@ -156,7 +157,7 @@ fn fill_planes<S: Simd, F: Field, const N: usize>(
     }
 }
 
-/// Values of some eighths of a brick, two at a time.
+/// Values of some eighths of a brick, one or two at a time.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
 fn fill_eighths<S: Simd, F: Field>(
@@ -173,9 +174,12 @@ fn fill_eighths<S: Simd, F: Field>(
     while left != 0 {
         let first = left.trailing_zeros() as usize;
         left &= left - 1;
-        // An odd one is done twice.
-        let second = if left == 0 { first } else { left.trailing_zeros() as usize };
-        left &= left.wrapping_sub(1);
+        // Alone where eight lanes fill a register; an odd one is done twice.
+        let mut second = first;
+        if !S::IS_WIDE && left != 0 {
+            second = left.trailing_zeros() as usize;
+            left &= left - 1;
+        }
         let mut place = eighths::place(brick, first, step);
         let other = eighths::place(brick, second, step);
         let mut lanes = [[0.0; LANES]; 3];
@@ -191,21 +195,15 @@ fn fill_eighths<S: Simd, F: Field>(
             place.high[a] = place.high[a].max(other.high[a]);
         }
         in_pair.refine(s, near, F::COLUMNS, F::REACH, place);
-        let (x, y, z) = (s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2]));
-        let columns = in_pair.columns(F::COLUMNS);
-        let mut sums = field.zero(s);
-        // One ahead: what a particle adds waits for a long chain of operations otherwise.
-        let (mut next_d, mut next_sq) = ([x, y, z], x);
-        if in_pair.len() > 0 {
-            (next_d, next_sq) = distance(s, [x, y, z], in_pair.axes(), 0);
-        }
-        for particle in 0..in_pair.len() {
-            let (d, dist_sq) = (next_d, next_sq);
-            (next_d, next_sq) = distance(s, [x, y, z], in_pair.axes(), (particle + 1).min(in_pair.len() - 1));
-            field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
-        }
+        let at = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
+        let sums = sum_all(s, field, in_pair, at);
         let mut found = [0.0; LANES];
-        s.store(field.value(s, sums), &mut found);
+        if S::IS_WIDE {
+            s.store_eight(field.value(s, sums), &mut found);
+            found.copy_within(..LANES / 2, LANES / 2);
+        } else {
+            s.store(field.value(s, sums), &mut found);
+        }
         for (half, eighth) in [(0, first), (LANES / 2, second)] {
             let corner = eighths::OF[eighth].trailing_zeros() as usize;
             for row in 0..4 {
@@ -214,4 +212,30 @@ fn fill_eighths<S: Simd, F: Field>(
             }
         }
     }
+}
+
+/// The sums of all candidates at 16 points.
+#[inline(always)]
+fn sum_all<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, at: [S::F; 3]) -> F::Sums<S> {
+    let columns = near.columns(F::COLUMNS);
+    let mut sums = field.zero(s);
+    if S::IS_WIDE {
+        // Registers are few: what is computed ahead would only be put aside.
+        for particle in 0..near.len() {
+            let (d, dist_sq) = distance(s, at, near.axes(), particle);
+            field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
+        }
+        return sums;
+    }
+    // One ahead: what a particle adds waits for a long chain of operations otherwise.
+    let (mut next_d, mut next_sq) = (at, at[0]);
+    if near.len() > 0 {
+        (next_d, next_sq) = distance(s, at, near.axes(), 0);
+    }
+    for particle in 0..near.len() {
+        let (d, dist_sq) = (next_d, next_sq);
+        (next_d, next_sq) = distance(s, at, near.axes(), (particle + 1).min(near.len() - 1));
+        field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
+    }
+    sums
 }

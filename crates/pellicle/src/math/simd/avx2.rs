@@ -65,6 +65,7 @@ type F = (__m256, __m256);
 impl Simd for Avx2 {
     type F = F;
     type U = [__m256i; 2];
+    const IS_WIDE: bool = true;
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -88,6 +89,12 @@ impl Simd for Avx2 {
             _mm256_storeu_ps(to.as_mut_ptr(), v.0);
             _mm256_storeu_ps(to[8..].as_mut_ptr(), v.1);
         }
+    }
+
+    #[inline(always)]
+    fn store_eight(self, v: F, to: &mut [f32]) {
+        // SAFETY: as in `load`; the slice has 8 places.
+        unsafe { _mm256_storeu_ps(to[..8].as_mut_ptr(), v.0) }
     }
 
     #[inline(always)]

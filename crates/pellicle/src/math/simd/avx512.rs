@@ -29,6 +29,7 @@ fn enabled<K: Kernel>(simd: Avx512, kernel: K) -> K::Output {
 impl Simd for Avx512 {
     type F = __m512;
     type U = __m512i;
+    const IS_WIDE: bool = false;
 
     #[inline(always)]
     fn splat(self, v: f32) -> __m512 {
@@ -46,6 +47,12 @@ impl Simd for Avx512 {
     fn store(self, v: __m512, to: &mut [f32]) {
         // SAFETY: as in `load`.
         unsafe { _mm512_storeu_ps(to[..LANES].as_mut_ptr(), v) }
+    }
+
+    #[inline(always)]
+    fn store_eight(self, v: __m512, to: &mut [f32]) {
+        // SAFETY: as in `load`; the slice has 8 places.
+        unsafe { _mm256_storeu_ps(to[..8].as_mut_ptr(), _mm512_castps512_ps256(v)) }
     }
 
     #[inline(always)]

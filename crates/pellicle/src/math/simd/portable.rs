@@ -15,6 +15,7 @@ fn each(a: F, b: F, f: impl Fn(f32, f32) -> f32) -> F {
 impl Simd for Portable {
     type F = F;
     type U = [u32; LANES];
+    const IS_WIDE: bool = false;
 
     #[inline(always)]
     fn splat(self, v: f32) -> F {
@@ -29,6 +30,11 @@ impl Simd for Portable {
     #[inline(always)]
     fn store(self, v: F, to: &mut [f32]) {
         to[..LANES].copy_from_slice(&v);
+    }
+
+    #[inline(always)]
+    fn store_eight(self, v: F, to: &mut [f32]) {
+        to[..8].copy_from_slice(&v[..8]);
     }
 
     #[inline(always)]

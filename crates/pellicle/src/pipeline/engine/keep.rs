@@ -5,7 +5,7 @@
 //!
 //! Source: the idea is Rosenberg & Birdwell's, 2008, section 3: blocks without moving particles are output again.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 use crate::{
     bricks::blocks::{Block, Blocks, NOBODY},
@@ -67,7 +67,13 @@ impl<V> Slot<V> {
 
     /// For who writes it: nothing unless it is done.
     pub(super) fn done(&self) -> Option<MutexGuard<'_, Kept<V>>> {
-        self.0.try_lock().ok().filter(|kept| kept.done)
+        let kept = match self.0.try_lock() {
+            Ok(kept) => kept,
+            // Of an earlier frame, whose thread panicked.
+            Err(TryLockError::Poisoned(kept)) => kept.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        kept.done.then_some(kept)
     }
 }
 
