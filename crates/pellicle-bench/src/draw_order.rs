@@ -5,23 +5,38 @@
 //! against each other, and their depths are compared in the middle of what is left. Pairs are left out where the overlap is
 //! less than a millionth of the smaller triangle, or both are at the same depth.
 //!
-//! The fast variant seeds from particles and may step back to a slab that it left; the exact one never does.
+//! Seeds from particles may step back to a slab that was left; the exact variant keeps triangles back and sorts them, the fast
+//! one does not. A complete search never steps back. With levels of
+//! detail, cells are as large as the distance from the eye allows: three sizes in blocks of 8 finest cells.
 //!
 //! Source: this project; the variants are those of Rosenberg & Birdwell, "Real-time particle isosurface extraction", 2008,
 //! section 5.
 
 use pellicle::Mesh;
-use pellicle::realtime::{DrawOrder, Engine, Params, Seeds, Sweep, View};
+use pellicle::realtime::{DrawOrder, Engine, Params, Region, Seeds, Sorting, Sweep, View};
 use pellicle_scenes::{FRAMES, ISO, Play, SUPPORT, Show};
 use rayon::prelude::*;
 
+/// How the surface is made.
+#[derive(Clone, Copy)]
+enum Way {
+    Complete,
+    Seeds(Sorting),
+    Levels,
+}
+
 /// What is tried: its name, and how the engine is set.
-const VARIANTS: [(&str, Seeds, Option<Sweep>); 5] = [
-    ("no order", Seeds::Complete, None),
-    ("fast, best axis", Seeds::Particles, Some(Sweep::BestAxis)),
-    ("fast, rotated", Seeds::Particles, Some(Sweep::Rotated)),
-    ("exact, best axis", Seeds::Complete, Some(Sweep::BestAxis)),
-    ("exact, rotated", Seeds::Complete, Some(Sweep::Rotated)),
+const VARIANTS: [(&str, Way, Option<Sweep>); 10] = [
+    ("no order", Way::Complete, None),
+    ("fast, best axis", Way::Seeds(Sorting::Fast), Some(Sweep::BestAxis)),
+    ("fast, rotated", Way::Seeds(Sorting::Fast), Some(Sweep::Rotated)),
+    ("exact, best axis", Way::Seeds(Sorting::Exact), Some(Sweep::BestAxis)),
+    ("exact, rotated", Way::Seeds(Sorting::Exact), Some(Sweep::Rotated)),
+    ("complete, best axis", Way::Complete, Some(Sweep::BestAxis)),
+    ("complete, rotated", Way::Complete, Some(Sweep::Rotated)),
+    ("levels, no order", Way::Levels, None),
+    ("levels, best axis", Way::Levels, Some(Sweep::BestAxis)),
+    ("levels, rotated", Way::Levels, Some(Sweep::Rotated)),
 ];
 
 /// Runs the verb.
@@ -32,13 +47,12 @@ pub fn run(words: &[String]) -> Result<(), String> {
         _ => return Err("nothing, or --json".into()),
     };
     if !json {
-        println!("{:<10} {:>5}  {:<17} {:>12} {:>9} {:>10}", "show", "S", "variant", "pairs", "wrong", "share");
+        println!("{:<10} {:>5}  {:<19} {:>12} {:>9} {:>10}", "show", "S", "variant", "pairs", "wrong", "share");
     }
     let settings = [(Show::Fountain, 1.0), (Show::Blob, 0.4), (Show::Explosion, 0.75), (Show::Monster, 0.5)];
     for (show, spacing) in settings {
-        for (name, seeds, sweep) in VARIANTS {
-            let params = Params { iso: ISO.into(), seeds, ..Params::new(SUPPORT.into(), spacing) };
-            let tally = of_show(show, params, sweep)?;
+        for (name, way, sweep) in VARIANTS {
+            let tally = of_show(show, spacing, way, sweep)?;
             let share = tally.wrong as f64 / tally.pairs.max(1) as f64;
             if json {
                 let row = serde_json::json!({
@@ -48,7 +62,7 @@ pub fn run(words: &[String]) -> Result<(), String> {
                 println!("{row}");
             } else {
                 let (pairs, wrong) = (tally.pairs, tally.wrong);
-                println!("{:<10} {spacing:>5}  {name:<17} {pairs:>12} {wrong:>9} {:>9.4}%", show.name(), 100.0 * share);
+                println!("{:<10} {spacing:>5}  {name:<19} {pairs:>12} {wrong:>9} {:>9.4}%", show.name(), 100.0 * share);
             }
         }
     }
@@ -63,8 +77,14 @@ struct Tally {
 }
 
 /// Over three frames, each seen from three sides.
-fn of_show(show: Show, params: Params, sweep: Option<Sweep>) -> Result<Tally, String> {
+fn of_show(show: Show, spacing: f64, way: Way, sweep: Option<Sweep>) -> Result<Tally, String> {
     const FORWARD: [[f64; 3]; 3] = [[0.1, -0.25, -1.0], [-1.0, -0.6, -0.7], [0.5, -1.0, 0.6]];
+    let params = Params { iso: ISO.into(), ..Params::new(SUPPORT.into(), spacing) };
+    let params = match way {
+        Way::Complete => params,
+        Way::Seeds(_) => Params { seeds: Seeds::Particles, ..params },
+        Way::Levels => Params { block: [8; 3], ..params },
+    };
     let mut engine = Engine::new(params).map_err(|error| error.to_string())?;
     let (mut mesh, mut play, mut tally) = (Mesh::default(), Play::new(show, 1), Tally::default());
     for frame in [FRAMES / 4, FRAMES / 2, FRAMES - 1] {
@@ -78,9 +98,17 @@ fn of_show(show: Show, params: Params, sweep: Option<Sweep>) -> Result<Tally, St
             // Near enough for a wide field of view.
             let eye = std::array::from_fn(|a| middle[a] - 1.6 * radius * forward[a] / length);
             let order = DrawOrder::BackToFront;
-            let view = sweep.map(|sweep| View { eye: Some(eye), forward, order, sweep });
+            let sorting = if let Way::Seeds(sorting) = way { sorting } else { Sorting::Fast };
+            let view = sweep.map(|sweep| View { eye: Some(eye), forward, order, sweep, sorting });
             engine.set_view(view).map_err(|error| error.to_string())?;
-            engine.update(positions, &mut mesh).map_err(|error| error.to_string())?;
+            let frame = match way {
+                Way::Complete | Way::Seeds(_) => engine.update(positions, &mut mesh),
+                Way::Levels => {
+                    let wish = |block: &Region| block.level_by_distance(eye, 1.2 * radius);
+                    engine.update_with_levels(positions, wish, &mut mesh)
+                }
+            };
+            frame.map_err(|error| error.to_string())?;
             let one = judge(&projected(&mesh, eye, forward));
             tally = Tally { pairs: tally.pairs + one.pairs, wrong: tally.wrong + one.wrong };
         }

@@ -1,14 +1,15 @@
-//! The blob at one cell size, at twice that, and half and half with transition cells between: `levels [FOLDER]`.
+//! The blob at one cell size, at twice that, and half and half with transition cells between, also on a lattice that is turned
+//! with a viewer: `levels [FOLDER]`.
 //!
 //! Prints for each mesh its size, its errors against the field, the shape of its triangles and the least time of a frame,
-//! and writes it to `FOLDER/blob-{fine,coarse,mixed}.ply`. For `docs/src/level-of-detail.md`.
+//! and writes it to `FOLDER/blob-{fine,coarse,mixed,seen}.ply`. For `docs/src/level-of-detail.md`.
 
 use std::{path::PathBuf, time::Instant};
 
 use pellicle::{
     Mesh,
     mesh::{Quality, Report},
-    realtime::{Engine, Params, Region},
+    realtime::{DrawOrder, Engine, Params, Region, Sorting, Sweep, View},
 };
 use pellicle_io::{WriteOptions, write_mesh};
 use pellicle_scenes::{ISO, Play, SUPPORT, Show};
@@ -27,12 +28,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut engine = Engine::new(Params { iso: ISO.into(), block: [8; 3], ..Params::new(SUPPORT.into(), SPACING) })?;
     let field = Field(positions);
     println!("mesh,vertices,triangles,closed,distance_mean,distance_max,angle_mean,angle_p99,ratio_min,ratio_mean,ms");
-    let ways: [(&str, &Wish<'_>); 3] = [
-        ("fine", &|_| 0),
-        ("coarse", &|_| 1),
-        ("mixed", &|block| u8::from(0.5 * (block.low[0] + block.high[0]) > middle)),
-    ];
-    for (name, wish) in ways {
+    let half = |block: &Region| u8::from(0.5 * (block.low[0] + block.high[0]) > middle);
+    let forward = [-0.4, -0.5, -0.77];
+    let view =
+        View { eye: None, forward, order: DrawOrder::BackToFront, sweep: Sweep::Rotated, sorting: Sorting::Fast };
+    let ways: [(&str, &Wish<'_>, Option<View>); 4] =
+        [("fine", &|_| 0, None), ("coarse", &|_| 1, None), ("mixed", &half, None), ("seen", &half, Some(view))];
+    for (name, wish, view) in ways {
+        engine.set_view(view)?;
         let mut mesh = Mesh::default();
         let mut least = f64::INFINITY;
         for _ in 0..20 {
@@ -45,6 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             write_mesh(&folder.join(format!("blob-{name}.ply")), &mesh, &WriteOptions::default())?;
         }
     }
+    engine.set_view(None)?;
     let mut mesh = Mesh::default();
     let mut least = f64::INFINITY;
     for _ in 0..20 {

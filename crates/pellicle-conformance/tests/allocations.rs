@@ -109,10 +109,19 @@ fn cells_far_too_small_are_refused_before_memory_is_taken() {
 fn the_engine_allocates_nothing_once_it_is_warm() {
     let _alone = alone();
     let [first, second] = frames();
-    for threads in [1, 2] {
+    let view = realtime::View {
+        eye: Some([2.0, 3.0, -1.0]),
+        forward: [-2.0, -3.0, 1.0],
+        order: realtime::DrawOrder::BackToFront,
+        sweep: realtime::Sweep::BestAxis,
+        sorting: realtime::Sorting::Exact,
+    };
+    let ways = [(realtime::Seeds::Complete, None), (realtime::Seeds::Particles, Some(view))];
+    for (threads, (seeds, view)) in [1, 2].into_iter().flat_map(|threads| ways.map(|way| (threads, way))) {
         in_pool(threads, || {
-            let params = realtime::Params { field: realtime::Metaball::Triquet, ..realtime::Params::new(0.2, 0.05) };
+            let params = realtime::Params { seeds, ..realtime::Params::new(0.2, 0.05) };
             let mut engine = realtime::Engine::new(params).expect("parameters");
+            engine.set_view(view).expect("a view");
             let (mut vertices, mut indices) = (vec![0u8; 24 << 20], vec![0u32; 6 << 20]);
             let mut run = |scene: &Scene| {
                 let positions = &scene.positions;
@@ -135,10 +144,18 @@ fn the_engine_allocates_nothing_once_it_is_warm() {
 fn levels_allocate_nothing_once_they_are_warm() {
     let _alone = alone();
     let [first, second] = frames();
-    for threads in [1, 2] {
+    let view = realtime::View {
+        eye: Some([2.0, 3.0, -1.0]),
+        forward: [-2.0, -3.0, 1.0],
+        order: realtime::DrawOrder::BackToFront,
+        sweep: realtime::Sweep::Rotated,
+        sorting: realtime::Sorting::Fast,
+    };
+    for (threads, view) in [(1, None), (2, None), (1, Some(view)), (2, Some(view))] {
         in_pool(threads, || {
             let params = realtime::Params { block: [16; 3], ..realtime::Params::new(0.2, 0.05) };
             let mut engine = realtime::Engine::new(params).expect("parameters");
+            engine.set_view(view).expect("a view");
             let (mut vertices, mut indices) = (vec![0u8; 24 << 20], vec![0u32; 6 << 20]);
             let mut run = |scene: &Scene| {
                 let mut buffers =

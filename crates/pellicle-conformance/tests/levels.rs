@@ -3,7 +3,7 @@
 use pellicle::{
     Error, Mesh,
     mesh::Report,
-    realtime::{Engine, MOST_LEVELS, Metaball, Params, Particles, Region},
+    realtime::{DrawOrder, Engine, MOST_LEVELS, Metaball, Params, Particles, Region, Sorting, Sweep, View},
     sink::{Buffers, Layout},
 };
 use pellicle_conformance::{in_pool, lonely};
@@ -175,6 +175,34 @@ fn same_bytes_for_any_number_of_threads_and_any_history() {
     let one = make(1);
     assert_eq!(one[0], one[2]);
     assert!(one == make(2) && one == make(5));
+}
+
+#[test]
+fn a_viewers_order_is_closed_and_the_same_for_any_number_of_threads() {
+    for show in Show::ALL {
+        let balls = middle(show);
+        let make = |threads: usize, view: Option<View>, wish: Wish| {
+            in_pool(threads, || {
+                let mut engine = made(Engine::new(params(0.5, 8)));
+                made(engine.set_view(view));
+                mesh(&mut engine, &balls, wish).0
+            })
+        };
+        let eye = balls.positions[0].map(|v| f64::from(v) + 9.0);
+        for (seed, sweep, order) in [
+            (1, Sweep::BestAxis, DrawOrder::BackToFront),
+            (2, Sweep::BestAxis, DrawOrder::FrontToBack),
+            (3, Sweep::Rotated, DrawOrder::BackToFront),
+            (4, Sweep::Rotated, DrawOrder::FrontToBack),
+        ] {
+            let view = View { eye: Some(eye), forward: [-1.0, -0.7, -0.3], order, sweep, sorting: Sorting::Fast };
+            for wish in [Wish::From(eye, 7.0), Wish::Random(seed)] {
+                let one = make(1, Some(view), wish);
+                assert_closed(&one, (show, view, wish));
+                assert!(make(2, Some(view), wish) == one && make(3, Some(view), wish) == one, "{show:?} {view:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -41,7 +41,9 @@ pub mod sink;
 /// Surfaces over moving particles, every frame: road B. See [`Engine`](realtime::Engine).
 pub mod realtime {
     pub use crate::{
-        march::slices::{Clock, Counts, CustomField, DrawOrder, Neighbour, Neighbours, Plain, Seeds, Skin, Times},
+        march::slices::{
+            Clock, Counts, CustomField, DrawOrder, Neighbour, Neighbours, Plain, Seeds, Skin, Sorting, Times,
+        },
         pipeline::engine::{Engine, Frame, MOST_LEVELS, Metaball, Params, Particles, Region, Reuse, Sweep, View},
     };
 }

@@ -8,6 +8,9 @@
 //! exceed the wish. So two levels at most meet in a point, and what lies around a face, edge or corner of a block is known
 //! from its neighbours' levels alone.
 //!
+//! A block may be listed and *hidden*: left out by the caller. It has a level, to which those around it are balanced, and
+//! their nodes lie as they would if it were there, but nothing is made in it.
+//!
 //! Source: 2:1 balance is that of octrees, von Herzen and Barr, Accurate triangulations of deformed, intersecting surfaces,
 //! 1987; blocks of one size instead of a tree are this project's.
 
@@ -37,6 +40,7 @@ pub(crate) const fn offset(index: usize) -> [i32; 3] {
 pub(crate) struct Levels {
     pub(crate) at: Vec<Coord>,
     pub(crate) level: Vec<u8>,
+    pub(crate) hidden: Vec<bool>,
     /// Indices of the blocks around each, or [`ABSENT`].
     pub(crate) near: Vec<[u32; AROUND]>,
 }
@@ -47,15 +51,17 @@ impl Levels {
         self.at.len()
     }
 
-    /// Takes blocks with their neighbours and wishes, at most `coarsest`, and balances.
-    pub(crate) fn take(&mut self, blocks: impl IntoIterator<Item = (Coord, [u32; AROUND], u8)>, coarsest: u8) {
+    /// Takes blocks with their neighbours, wishes, at most `coarsest`, and whether they are hidden, and balances.
+    pub(crate) fn take(&mut self, blocks: impl IntoIterator<Item = (Coord, [u32; AROUND], u8, bool)>, coarsest: u8) {
         self.at.clear();
         self.near.clear();
         self.level.clear();
-        for (at, near, wish) in blocks {
+        self.hidden.clear();
+        for (at, near, wish, hidden) in blocks {
             self.at.push(at);
             self.near.push(near);
             self.level.push(wish.min(coarsest));
+            self.hidden.push(hidden);
         }
         self.balance(coarsest);
     }
@@ -74,7 +80,7 @@ impl Levels {
         let near = |at: Coord| {
             std::array::from_fn(|o| index.get(&crate::lattice::plus(at, offset(o))).copied().unwrap_or(ABSENT))
         };
-        self.take(places.iter().map(|&at| (at, near(at), wish(at))), coarsest);
+        self.take(places.iter().map(|&at| (at, near(at), wish(at), false)), coarsest);
     }
 
     /// Lowers levels until neighbours differ by one at most: from the finest level on, so that each block is done once.

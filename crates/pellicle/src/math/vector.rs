@@ -1,5 +1,17 @@
 //! The few operations on vectors of three `f64` that judges of meshes and lattices need.
 
+/// Three directions at right angles, of length 1: a rotation, row by row.
+pub(crate) type Axes = [[f64; 3]; 3];
+
+/// The vector whose coordinates along `axes` are `v`; without axes `v` itself.
+#[inline(always)]
+pub(crate) fn from_axes(axes: Option<&Axes>, v: [f64; 3]) -> [f64; 3] {
+    match axes {
+        None => v,
+        Some(axes) => [0, 1, 2].map(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]),
+    }
+}
+
 /// `a − b`.
 #[inline(always)]
 pub(crate) fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {

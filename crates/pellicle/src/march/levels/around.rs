@@ -1,7 +1,8 @@
 //! What lies around a block: who owns the vertices of its border, and where its border nodes move.
 //!
 //! The border of a block is 6 faces, 12 edges and 8 corners; with the inside these are 27 *places*. All depends on the
-//! place and on the levels of the blocks around it alone, so it is told in tables of a few bytes a block.
+//! place and on the levels of the blocks around it alone, so it is told in tables of a few bytes a block. Hidden blocks own
+//! nothing, and no transition cells lead to them; all else of their neighbours is as if they were shown.
 //!
 //! **Copies.** Where fine and coarse blocks meet, nodes and lattice edges of the coarse level exist beside those of the
 //! fine level, and transition cells lie between. Around a point of a block's edge there are four blocks. Coarse ones share
@@ -38,7 +39,7 @@ pub(crate) struct Around {
     moves: [[i8; 3]; AROUND],
     /// Bit of each place whose nodes touch an absent block.
     open: u32,
-    /// Bit 2·axis + side of each face beyond which cells are finer.
+    /// Bit 2·axis + side of each face beyond which cells are finer, and shown.
     pub(crate) finer: u8,
 }
 
@@ -49,13 +50,16 @@ impl Around {
         let relative: [Option<i32>; AROUND] = std::array::from_fn(|o| {
             blocks.neighbour(block, o).map(|n| i32::from(blocks.level[n]) - i32::from(blocks.level[block]))
         });
+        let shown = |o: usize| blocks.neighbour(block, o).is_some_and(|n| !blocks.hidden[n]);
         let finer = (0..6usize).filter(|&face| {
             let mut d = [0; 3];
             d[face / 2] = 2 * (face as i32 % 2) - 1;
-            relative[offset_index(d)] == Some(-1)
+            relative[offset_index(d)] == Some(-1) && shown(offset_index(d))
         });
         Self {
-            owners: std::array::from_fn(|axis| std::array::from_fn(|sides| owner(&relative, axis, sides) as u8)),
+            owners: std::array::from_fn(|axis| {
+                std::array::from_fn(|sides| owner(&relative, &shown, axis, sides) as u8)
+            }),
             moves: std::array::from_fn(|place| node_move(&relative, place)),
             open: (0..AROUND).fold(0, |set, p| set | u32::from(octants(p).any(|o| relative[o].is_none())) << p),
             finer: finer.fold(0, |set, face| set | 1 << face),
@@ -98,8 +102,8 @@ fn octants(place: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The owner among the blocks around a lattice edge: the one with the largest offset of those that share it.
-fn owner(relative: &[Option<i32>; AROUND], axis: usize, sides: usize) -> usize {
+/// The owner among the blocks around a lattice edge: the one with the largest offset of those shown that share it.
+fn owner(relative: &[Option<i32>; AROUND], shown: &impl Fn(usize) -> bool, axis: usize, sides: usize) -> usize {
     let step = [sides as i32 % 3 - 1, sides as i32 / 3 - 1];
     // Around the edge, in a ring that begins with the block itself.
     let ring = [[0, 0], [step[0], 0], step, [0, step[1]]].map(|d| {
@@ -112,7 +116,7 @@ fn owner(relative: &[Option<i32>; AROUND], axis: usize, sides: usize) -> usize {
     let meets_coarser = level.contains(&Some(1));
     let shares = |place: usize| {
         let next_to_self = level[1] == Some(0) || level[3] == Some(0);
-        level[place] == Some(0) && (!meets_coarser || place != 2 || next_to_self)
+        level[place] == Some(0) && shown(ring[place]) && (!meets_coarser || place != 2 || next_to_self)
     };
     (0..4).filter(|&place| shares(place)).map(|place| ring[place]).max().unwrap_or(SELF)
 }

@@ -7,25 +7,26 @@ use crate::{
     bricks::levels::offset_index,
     march::tables::{
         CASES, COUNTS, edge_corner,
-        transition::{TRANSITIONS, edge_ends},
+        transition::{EDGES, TRANSITIONS, Transition, edge_ends},
     },
     math::bits::ones,
 };
 
 /// A face of a coarse block beyond which a block is finer.
-struct Face {
+pub(super) struct Face {
     coarse: usize,
     fine: usize,
-    /// Its axis, and the two in it: u, v, w = axis are right-handed.
-    axes: [usize; 3],
+    /// The two axes in it and its own: u, v, w are right-handed.
+    pub(super) axes: [usize; 3],
     /// Where the face lies along w, in each block's nodes.
     plane: [usize; 2],
     /// Whether the fine block lies below: then w, from coarse to fine, points against its axis, and triangles turn round.
-    below: bool,
+    pub(super) below: bool,
 }
 
 impl Face {
-    fn new(rows: &Rows, coarse: usize, face: usize) -> Option<Self> {
+    /// Face `face` = 2·axis + side of a block.
+    pub(super) fn new(rows: &Rows, coarse: usize, face: usize) -> Option<Self> {
         let (axis, below) = (face / 2, face & 1 == 0);
         let mut d = [0; 3];
         d[axis] = if below { -1 } else { 1 };
@@ -46,7 +47,7 @@ impl Face {
 
     /// The case of the transition cell on coarse face cell (u, v).
     #[inline(always)]
-    fn case(&self, rows: &Rows, u: usize, v: usize) -> usize {
+    pub(super) fn case(&self, rows: &Rows, u: usize, v: usize) -> usize {
         let view = rows.view(self.fine);
         (0..9).fold(0, |set, n| set | usize::from(view.inside(self.node(1, 2 * u + n % 3, 2 * v + n / 3))) << n)
     }
@@ -61,6 +62,34 @@ impl Face {
             _ => rows.vertex(self.coarse, axis, self.node(0, u + (low - 9) % 2, v + (low - 9) / 2)),
         }
     }
+
+    /// Numbers of the vertices on all crossed edges of that cell, whose case is given.
+    #[inline(always)]
+    pub(super) fn vertices(&self, rows: &Rows, u: usize, v: usize, case: &Transition) -> [u32; EDGES] {
+        let mut vertices = [0; EDGES];
+        for edge in ones(case.edges.into()) {
+            vertices[edge] = self.vertex(rows, u, v, edge);
+        }
+        vertices
+    }
+
+    /// A triangle of a transition cell, by its edges, as it winds in the world.
+    #[inline(always)]
+    pub(super) fn wound(&self, [a, b, c]: [u8; 3]) -> [u8; 3] {
+        if self.below { [a, c, b] } else { [a, b, c] }
+    }
+}
+
+/// Numbers of the vertices on all crossed edges of a cell, whose case is given.
+#[inline(always)]
+pub(super) fn vertices(rows: &Rows, block: usize, at: [usize; 3], case: usize) -> [u32; 12] {
+    let mut vertices = [0; 12];
+    for edge in ones(CASES[case].edges.into()) {
+        let corner = edge_corner(edge);
+        let node = std::array::from_fn(|a| at[a] + (corner >> a & 1));
+        vertices[edge] = rows.vertex(block, edge / 4, node);
+    }
+    vertices
 }
 
 /// Number of triangles of a block.
@@ -102,14 +131,9 @@ pub(crate) fn write(rows: &Rows, block: usize, to: &mut [[u32; 3]]) {
         for j in 0..view.n {
             let (signs, crossed) = view.cells(j, k);
             for i in ones(crossed) {
-                let case = &CASES[case(&signs, i)];
-                let mut vertices = [0; 12];
-                for edge in ones(case.edges.into()) {
-                    let corner = edge_corner(edge);
-                    let at = [i + (corner & 1), j + (corner >> 1 & 1), k + (corner >> 2)];
-                    vertices[edge] = rows.vertex(block, edge / 4, at);
-                }
-                for (triangle, to) in case.triangles[..case.len.into()].iter().zip(&mut to) {
+                let case = case(&signs, i);
+                let vertices = vertices(rows, block, [i, j, k], case);
+                for (triangle, to) in CASES[case].triangles[..CASES[case].len.into()].iter().zip(&mut to) {
                     *to = triangle.map(|edge| vertices[usize::from(edge)]);
                 }
             }
@@ -117,13 +141,9 @@ pub(crate) fn write(rows: &Rows, block: usize, to: &mut [[u32; 3]]) {
     }
     for_each_transition(rows, block, |face, u, v, case| {
         let case = &TRANSITIONS[case];
-        let mut vertices = [0; 16];
-        for edge in ones(case.edges.into()) {
-            vertices[edge] = face.vertex(rows, u, v, edge);
-        }
-        for (&[a, b, c], to) in case.triangles[..case.len.into()].iter().zip(&mut to) {
-            let triangle = if face.below { [a, c, b] } else { [a, b, c] };
-            *to = triangle.map(|edge| vertices[usize::from(edge)]);
+        let vertices = face.vertices(rows, u, v, case);
+        for (&triangle, to) in case.triangles[..case.len.into()].iter().zip(&mut to) {
+            *to = face.wound(triangle).map(|edge| vertices[usize::from(edge)]);
         }
     });
 }

@@ -6,7 +6,7 @@
 //! number   owned crossed edges, a base for each row                   rows
 //! count    triangles of cells and transition cells                    cells
 //! sum      where each block's vertices and triangles go
-//! emit     into slices of the caller's                                vertices, cells
+//! emit     into slices of the caller's                                vertices, cells or (for a viewer) order
 //! ```
 //!
 //! Between a coarse block and a finer one lies a layer of *transition cells*, one on each face of a coarse cell: their fine
@@ -28,6 +28,7 @@
 pub(crate) mod around;
 mod cells;
 mod columned;
+mod order;
 pub(crate) mod rows;
 mod surface;
 mod vertices;

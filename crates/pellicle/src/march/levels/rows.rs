@@ -142,7 +142,7 @@ impl Rows {
         }
     }
 
-    /// Makes room for the rows of all listed blocks.
+    /// Makes room for the rows of all blocks that are shown.
     pub(crate) fn lay_out(&mut self) {
         self.around.clear();
         self.around.extend((0..self.levels.len()).map(|block| Around::new(&self.levels, block)));
@@ -150,7 +150,7 @@ impl Rows {
         let mut end = 0;
         self.first.push(end);
         for block in 0..self.levels.len() {
-            end += (self.cells(block) + 1).pow(2);
+            end += if self.levels.hidden[block] { 0 } else { (self.cells(block) + 1).pow(2) };
             self.first.push(end);
         }
         self.rows.clear();

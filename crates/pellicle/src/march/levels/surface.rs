@@ -10,13 +10,14 @@ use std::{
 use super::{
     Grid, NodeSet, Samples, Source,
     around::Around,
-    cells,
+    cells, order,
     rows::{Row, Rows, number},
     vertices::{self, Place, Vertices},
 };
 use crate::{
     Error,
     bricks::levels::AROUND,
+    march::slices::Sight,
     math::ranges::{PerItem, for_each_part},
 };
 
@@ -110,7 +111,10 @@ impl Surface {
         counts.clear();
         counts.resize(blocks, 0);
         let data = (&mut rows[..], PerItem(&mut counts[..], 1));
-        let sample = |block, (rows, count): (&mut [Row], PerItem<'_, u32>)| {
+        let sample = |block: usize, (rows, count): (&mut [Row], PerItem<'_, u32>)| {
+            if self.rows.levels.hidden[block] {
+                return;
+            }
             let (grid, around) = (self.grid(block), &self.rows.around[block]);
             with(pool, |Work { scratch, samples, .. }| {
                 grow(&mut samples.values, grid.len());
@@ -127,7 +131,8 @@ impl Surface {
         self.rows.rows = rows;
         self.rows.place_vertices(&counts)?;
         for_each_part(0..blocks, &mut counts[..], &|block| block, &|block, count: &mut [u32]| {
-            count[0] = cells::count(&self.rows, block);
+            let hidden = self.rows.levels.hidden[block];
+            count[0] = if hidden { 0 } else { cells::count(&self.rows, block) };
         });
         self.first_triangle.clear();
         let mut end = 0;
@@ -140,10 +145,15 @@ impl Surface {
         Ok(())
     }
 
-    /// Writes the triangles of some blocks: `to` has as many places as [`triangles`](Self::triangles) says.
-    pub(crate) fn write_triangles(&self, blocks: Range<usize>, to: &mut [[u32; 3]]) {
+    /// Writes the triangles of some blocks, each block's in the order of a viewer if there is one: `to` has as many places
+    /// as [`triangles`](Self::triangles) says.
+    pub(crate) fn write_triangles(&self, blocks: Range<usize>, sight: Option<Sight>, to: &mut [[u32; 3]]) {
         let start = |block: usize| self.first_triangle[block];
-        for_each_part(blocks, to, &start, &|block, to: &mut [_]| cells::write(&self.rows, block, to));
+        for_each_part(blocks, to, &start, &|block, to: &mut [_]| match sight {
+            _ if to.is_empty() => {}
+            None => cells::write(&self.rows, block, to),
+            Some(sight) => order::write(&self.rows, block, sight, to),
+        });
     }
 
     /// Writes the vertices of some blocks: `to` has as many places as [`vertices`](Self::vertices) says.

@@ -1,5 +1,10 @@
 use super::*;
-use crate::{Mesh, bricks::levels::Levels, mesh::Report};
+use crate::{
+    Mesh,
+    bricks::levels::Levels,
+    march::slices::{DrawOrder, Sight, Sorting},
+    mesh::Report,
+};
 
 /// Any function of a node.
 struct Nodes<F>(F);
@@ -35,6 +40,11 @@ impl<F: Fn(Coord) -> f32 + Sync> Source for Nodes<F> {
 
 /// Blocks with levels, and a field of whose nodes those greater than 0 are inside.
 fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mesh {
+    seen(side, levels, None, field).0
+}
+
+/// The same in the order of a viewer, and where each block's triangles begin, and the end.
+fn seen(side: usize, levels: Levels, sight: Option<Sight>, field: impl Fn(Coord) -> f32 + Sync) -> (Mesh, Vec<usize>) {
     let mut surface = Surface::default();
     (surface.rows.side, surface.rows.levels) = (side, levels);
     let (mut pool, source) = (Vec::new(), Nodes(field));
@@ -48,11 +58,11 @@ fn mesh(side: usize, levels: Levels, field: impl Fn(Coord) -> f32 + Sync) -> Mes
         triangles: vec![[u32::MAX; 3]; triangles],
         ..Mesh::default()
     };
-    let place = Place { iso: 0.0, origin: [0; 3], spacing: 1.0 };
+    let place = Place { iso: 0.0, origin: [0; 3], spacing: 1.0, axes: None };
     let to = Vertices { positions: &mut mesh.vertices, normals: Some(&mut mesh.normals), data: None };
     surface.write_vertices(all.clone(), &source, place, &pool, to);
-    surface.write_triangles(all, &mut mesh.triangles);
-    mesh
+    surface.write_triangles(all, sight, &mut mesh.triangles);
+    (mesh, (0..=surface.blocks()).map(|end| surface.triangles(&(0..end)).len()).collect())
 }
 
 #[track_caller]
@@ -191,6 +201,145 @@ fn planes_stay_planes_across_levels() {
         let inner = |p: &&[f32; 3]| p.iter().all(|&v| v > 3.0 && v < 29.0);
         let worst = mesh.vertices.iter().filter(inner).map(|&p| height(p).abs()).fold(0.0, f32::max);
         assert!(worst < 1e-4, "{normal:?}: {worst}");
+    }
+}
+
+#[test]
+fn a_viewer_changes_the_order_of_triangles_alone() {
+    for seed in 0..12 {
+        let list = || levels(cube(3), 2, |b| (hash(seed, b) >> 7) as u8 % 3);
+        let plain = mesh(8, list(), noise(seed));
+        let cube = [[40, 60, -30], [-9, 12, 12], [11, 12, 13]][seed as usize % 3].map(i64::from);
+        let order = [DrawOrder::BackToFront, DrawOrder::FrontToBack][seed as usize / 3 % 2];
+        let (mut other, _) = seen(8, list(), Some(Sight { order, cube, sorting: Sorting::Fast }), noise(seed));
+        assert_ne!(other.triangles, plain.triangles);
+        let mut triangles = plain.triangles.clone();
+        triangles.sort_unstable();
+        other.triangles.sort_unstable();
+        assert!(other.triangles == triangles && other.vertices == plain.vertices, "{seed}");
+    }
+}
+
+/// Edges, by vertices, that have a triangle on one side only; panics if one has two on the same side.
+fn open_edges(triangles: &[[u32; 3]]) -> usize {
+    let edges = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let sides: std::collections::HashSet<_> = edges.collect();
+    assert_eq!(sides.len(), 3 * triangles.len(), "each edge once each way");
+    sides.iter().filter(|&&(a, b)| !sides.contains(&(b, a))).count()
+}
+
+#[test]
+fn what_is_hidden_leaves_the_rest_as_it_was() {
+    let mut lost_transitions = 0;
+    for seed in 0..30 {
+        let list = || levels(cube(3), 2, |b| (hash(seed, b) >> 7) as u8 % 3);
+        let hidden: Vec<bool> = cube(3).map(|b| hash(seed + 77, b) & 3 == 0).collect();
+        let (full, starts) = seen(8, list(), None, noise(seed));
+        let (some, _) = seen(8, Levels { hidden: hidden.clone(), ..list() }, None, noise(seed));
+        // A triangle by the bits of its corners' places.
+        let key = |mesh: &Mesh, t: [u32; 3]| t.map(|v| mesh.vertices[v as usize].map(f32::to_bits));
+        let left: std::collections::HashSet<_> = some.triangles.iter().map(|&t| key(&some, t)).collect();
+        let (kept, list) = (|t: [u32; 3]| left.contains(&key(&full, t)), list());
+        let mut same = Vec::new();
+        for block in 0..list.len() {
+            let triangles = &full.triangles[starts[block]..starts[block + 1]];
+            let stays = triangles.iter().copied().filter(|&t| kept(t));
+            same.extend(stays.clone());
+            let finer_hidden = list.near[block].iter().any(|&near| {
+                near != u32::MAX && hidden[near as usize] && list.level[near as usize] < list.level[block]
+            });
+            match (hidden[block], finer_hidden) {
+                (true, _) => assert_eq!(stays.count(), 0, "{seed}"),
+                (_, false) => assert_eq!(stays.count(), triangles.len(), "{seed}"),
+                _ => lost_transitions += triangles.len() - stays.count(),
+            }
+        }
+        assert_eq!(same.len(), some.triangles.len(), "{seed}: nothing but what was there");
+        // Shared by index where it was, and no vertex is there for nothing.
+        assert_eq!(open_edges(&some.triangles), open_edges(&same), "{seed}");
+        let used: std::collections::HashSet<_> = same.iter().flatten().collect();
+        assert_eq!((used.len(), some.vertices.iter().flatten().any(|v| v.is_nan())), (some.vertices.len(), false));
+    }
+    assert!(lost_transitions > 100, "{lost_transitions}");
+}
+
+/// Least and largest coordinates of a triangle.
+fn extremes(mesh: &Mesh, triangle: [u32; 3]) -> [[f32; 3]; 2] {
+    let corners = triangle.map(|v| mesh.vertices[v as usize]);
+    let over = |f: fn(f32, f32) -> f32| std::array::from_fn(|a| f(f(corners[0][a], corners[1][a]), corners[2][a]));
+    [over(f32::min), over(f32::max)]
+}
+
+#[test]
+fn within_a_block_nothing_comes_before_what_it_hides() {
+    // Vertices on the coarse block's border move by half a finest cell along each axis at most, and then to the surface.
+    const MOVED: f32 = 0.9;
+    let side = 16;
+    for (seed, viewer) in [[90, 70, 130], [-40, 99, 7], [5, -60, -50], [9, 8, 6]].into_iter().enumerate() {
+        for order in [DrawOrder::BackToFront, DrawOrder::FrontToBack] {
+            let wish = |b: Coord| u8::from(b == [0; 3]);
+            let sight = Sight { order, cube: viewer, sorting: Sorting::Fast };
+            let (mesh, starts) = seen(side, levels(cube(2), 1, wish), Some(sight), noise(seed as u32));
+            let boxes: Vec<_> = mesh.triangles[..starts[1]].iter().map(|&t| extremes(&mesh, t)).collect();
+            let behind = |p: &[[f32; 3]; 2], q: &[[f32; 3]; 2]| {
+                (0..3).all(|a| {
+                    // The viewer's cell of two.
+                    let eye = 2.0 * viewer[a].div_euclid(2) as f32;
+                    q[0][a] > eye + 2.0 + MOVED && p[0][a] >= q[1][a] + MOVED
+                        || q[1][a] < eye - MOVED && p[1][a] <= q[0][a] - MOVED
+                })
+            };
+            let mut judged = 0;
+            for (i, first) in boxes.iter().enumerate() {
+                for second in &boxes[i + 1..] {
+                    let (far, near) = if order == DrawOrder::BackToFront { (first, second) } else { (second, first) };
+                    assert!(!behind(near, far), "{order:?} from {viewer:?}: {near:?} is behind {far:?}");
+                    judged += usize::from(behind(far, near));
+                }
+            }
+            assert!(boxes.len() > 1000 && judged > 300, "{} triangles, {judged} pairs", boxes.len());
+        }
+    }
+}
+
+#[test]
+fn transition_cells_come_on_their_side_of_their_cells() {
+    let (side, height) = (16, 6.3);
+    for face in 0..6 {
+        // A plane that the face cuts at a right angle, and lines of cells in it that lead to the face.
+        let (axis, up, along) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
+        let (out, edge) = if face % 2 == 0 { (-1, 0.0) } else { (1, side as f32) };
+        let mut fine = [0; 3];
+        fine[axis] = out;
+        for (beyond, order) in [1, -1]
+            .into_iter()
+            .flat_map(|beyond| [DrawOrder::BackToFront, DrawOrder::FrontToBack].map(|order| (beyond, order)))
+        {
+            let mut viewer = [3; 3];
+            (viewer[axis], viewer[up]) = (i64::from(100 * beyond * out), 60);
+            let list = levels([[0; 3], fine], 1, |b| u8::from(b == [0; 3]));
+            let (mesh, starts) = seen(side, list, Some(Sight { order, cube: viewer, sorting: Sorting::Fast }), |n| {
+                height - n[up] as f32
+            });
+            let mut lines = [const { Vec::new() }; 8];
+            for &triangle in &mesh.triangles[..starts[1]] {
+                let [low, high] = extremes(&mesh, triangle);
+                let inner = low[along] > 0.9 && high[along] < side as f32 - 0.9;
+                if (low[up] - height).abs().max((high[up] - height).abs()) < 1e-3 && inner {
+                    let deepest = out as f32 * (edge - if out > 0 { low[axis] } else { high[axis] });
+                    // How deep in the coarse block: a transition cell's triangles at most half a finest cell.
+                    let part = i32::from(deepest < 0.6);
+                    let line = (0.25 * (low[along] + high[along])) as usize;
+                    lines[line.min(7)].push(part);
+                }
+            }
+            for line in &lines[1..7] {
+                let ends_with_transition = (beyond == 1) == (order == DrawOrder::BackToFront);
+                assert!(line.contains(&0) && line.contains(&1), "{face}: {line:?}");
+                let sorted = line.windows(2).all(|w| if ends_with_transition { w[0] <= w[1] } else { w[0] >= w[1] });
+                assert!(sorted, "face {face}, viewer {viewer:?}, {order:?}: {line:?}");
+            }
+        }
     }
 }
 

@@ -5,7 +5,11 @@
 use super::{Grid, NodeSet, Samples, Source, around::side, rows::View};
 use crate::{
     lattice::Coord,
-    math::{bits::ones, ranges::Split},
+    math::{
+        bits::ones,
+        ranges::Split,
+        vector::{Axes, from_axes},
+    },
 };
 
 /// Cells that a moved node moves along an axis: the width of a transition cell.
@@ -19,6 +23,16 @@ pub(crate) struct Place {
     pub(crate) origin: Coord,
     /// Edge of a finest cell in world units.
     pub(crate) spacing: f64,
+    /// The lattice's axes in the world, where they are not the world's own.
+    pub(crate) axes: Option<Axes>,
+}
+
+impl Place {
+    /// A direction, turned from the lattice's axes to the world's.
+    #[inline(always)]
+    fn direction(&self, v: [f32; 3]) -> [f32; 3] {
+        if self.axes.is_some() { from_axes(self.axes.as_ref(), v.map(f64::from)).map(|v| v as f32) } else { v }
+    }
 }
 
 /// Where vertices go: as many places in each that is asked for.
@@ -74,7 +88,7 @@ pub(crate) fn write<S: Source>(
                     let normal = crossing.normal(samples);
                     to.positions[next] = crossing.position(view, grid, place, normal);
                     if let Some(normals) = &mut to.normals {
-                        normals[next] = normal;
+                        normals[next] = place.direction(normal);
                     }
                     if let Some(data) = &mut to.data {
                         data[next] = source.mix(crossing.at.map(|at| samples.corners[at]), crossing.t);
@@ -106,7 +120,7 @@ impl Crossing {
         Self { axis, ends: [low, high], at, t: (iso - a) / (b - a) }
     }
 
-    /// Outward normal; zero where the field has no slope.
+    /// Outward normal along the lattice's axes; zero where the field has no slope.
     #[inline(always)]
     fn normal<C>(&self, samples: &Samples<C>) -> [f32; 3] {
         let [a, b] = self.at.map(|at| samples.outward[at]);
@@ -125,12 +139,13 @@ impl Crossing {
             let mixed = |x: usize| (1.0 - self.t) * f32::from(moves[0][x]) + self.t * f32::from(moves[1][x]);
             along_surface(std::array::from_fn(|x| MOVE * mixed(x)), normal)
         };
-        std::array::from_fn(|x| {
+        let at = std::array::from_fn(|x| {
             let along = if x == self.axis { f64::from(self.t) } else { 0.0 };
             let first = f64::from(grid.first[x] - place.origin[x]);
             let cells = self.ends[0][x] as f64 + along + f64::from(shift[x]);
-            ((first + cells * f64::from(grid.stride)) * place.spacing) as f32
-        })
+            (first + cells * f64::from(grid.stride)) * place.spacing
+        });
+        from_axes(place.axes.as_ref(), at).map(|v| v as f32)
     }
 }
 

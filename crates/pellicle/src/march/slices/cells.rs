@@ -3,7 +3,7 @@
 //! Source: Lorensen & Cline 1987 with the generated tables of [`tables`](crate::march::tables); corners evaluated once and
 //! vertices shared as in Rosenberg & Birdwell 2008, section 4.
 
-use super::{Blend, FOREIGN, March, Skin, Work, seam::Owner, skin::Neighbours};
+use super::{Blend, FOREIGN, March, Skin, Sorting, Work, seam::Owner, skin::Neighbours};
 use crate::{
     lookup::columns::{Extent, Want},
     march::tables::{CASES, edge_corner},
@@ -82,7 +82,13 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         let numbered = |triangle: [u8; 3]| triangle.map(|edge| vertices[usize::from(edge & 15)]);
         match &self.sight {
             None => self.piece.triangles.extend(entry.triangles[..entry.len.into()].iter().map(|&t| numbered(t))),
-            Some(sight) => self.piece.triangles.extend(sight.triangles(cube, case.into()).map(numbered)),
+            Some(sight) => {
+                let triangles = sight.triangles(cube, case.into()).map(numbered);
+                match sight.sorting {
+                    Sorting::Fast => self.piece.triangles.extend(triangles),
+                    Sorting::Exact => self.work.slabs.push(sight.place(cube), triangles),
+                }
+            }
         }
         self.piece.counts.cubes += 1;
     }

@@ -26,9 +26,14 @@ pub struct Counts {
     pub seeds: u64,
     /// Most slices alive at once in a block.
     pub live_slices: u64,
-    /// Most bytes of slices and lists of cubes in a block.
+    /// Most bytes of slices and lists of cubes in a block: what each thread needs of them, however many blocks there are. By
+    /// a complete search of blocks of X × Y × Z cubes at most 2,304 bytes for each of the ⌈(X+1)/4⌉·⌈(Y+1)/4⌉ bricks of a
+    /// layer, 20 for each of its (X+1)·(Y+1) nodes, and 8 KiB; 128 times the size of the user's data of a corner for each
+    /// brick on top.
     pub render_bytes: u64,
-    /// Most bytes of the particle look-up in a block.
+    /// Most bytes of the particle look-up in a block, for each thread, too. It grows with the particles that reach the fullest
+    /// block, not with all there are: by a complete search at most 100 bytes and 9 for each of the
+    /// (⌊R/2S⌋ + 2)² bricks of a layer that a particle can reach, and 200 for each brick there is, and 2 KiB.
     pub cache_bytes: u64,
 }
 

@@ -12,6 +12,9 @@ use crate::{
 
 /// A field of the user's: the sum of what each particle within reach brings to a corner.
 ///
+/// For [`Engine::update_custom`](crate::realtime::Engine::update_custom) and, with levels of detail,
+/// [`update_custom_with_levels`](crate::realtime::Engine::update_custom_with_levels).
+///
 /// Nothing is assumed of it, so [`Seeds::Complete`](crate::realtime::Seeds::Complete) evaluates every corner that a
 /// particle reaches, without the bounds that the built-in fields have, one particle at a time: it is slower than those.
 /// What it brings should be 0 where `rest` is 0, or the surface has steps at the particles' reach.

@@ -26,6 +26,7 @@ mod order;
 mod seam;
 mod seeds;
 mod skin;
+mod slabs;
 mod slice;
 
 pub(crate) use blend::{Blend, Radial};
@@ -33,7 +34,7 @@ pub(crate) use counts::Lap;
 pub use counts::{Clock, Counts, Times};
 pub(crate) use custom::Custom;
 pub use custom::CustomField;
-pub use order::DrawOrder;
+pub use order::{DrawOrder, Sorting};
 pub(crate) use order::{Sight, next};
 pub(crate) use seam::{Owner, Reference, Seam};
 pub use skin::{Neighbour, Neighbours, Plain, Skin};
@@ -42,8 +43,12 @@ pub(crate) use slice::{Rows, Todo, WIDEST};
 use crate::{
     lattice::Coord,
     lookup::columns::{Border, Columns, Extent, Near, Placed, Room},
-    math::simd::{Kernel, Simd},
+    math::{
+        simd::{Kernel, Simd},
+        vector::{Axes, from_axes},
+    },
 };
+use slabs::Slabs;
 use slice::{ABOVE, BELOW, Pool};
 
 /// Most cells of a block along an axis, margin included.
@@ -136,6 +141,7 @@ pub(crate) struct Work<C> {
     pool: Pool<C>,
     todo: Vec<Todo>,
     slopes: Vec<f32>,
+    slabs: Slabs,
     needs: Needs,
 }
 
@@ -147,6 +153,7 @@ impl<C: Copy + Default> Default for Work<C> {
             pool: Pool::default(),
             todo: Vec::new(),
             slopes: Vec::new(),
+            slabs: Slabs::default(),
             needs: Needs::default(),
         }
     }
@@ -158,6 +165,7 @@ pub(crate) struct Needs {
     columns: Room,
     cells: [usize; 3],
     slices: usize,
+    slabs: slabs::Room,
     shaded: bool,
 }
 
@@ -168,6 +176,7 @@ impl Needs {
             columns: self.columns.join(&other.columns),
             cells: std::array::from_fn(|a| self.cells[a].max(other.cells[a])),
             slices: self.slices.max(other.slices),
+            slabs: self.slabs.join(&other.slabs),
             shaded: self.shaded || other.shaded,
         }
     }
@@ -191,6 +200,7 @@ impl<C: Copy + Default> Work<C> {
         self.pool.provide(needs.slices, nodes, if needs.shaded { nodes } else { 0 });
         self.todo.resize_with(needs.cells[2].max(self.todo.len()), Todo::default);
         self.slopes.resize(needs.columns.longest.max(self.slopes.len()), 0.0);
+        self.slabs.provide(&needs.slabs);
     }
 }
 
@@ -207,7 +217,7 @@ pub(crate) struct Scene<'a, B, K> {
     /// Distance of neighbouring nodes in world units.
     pub(crate) spacing: f64,
     /// The lattice's axes in the world, a rotation, where they are not the world's own.
-    pub(crate) axes: Option<[[f64; 3]; 3]>,
+    pub(crate) axes: Option<Axes>,
     pub(crate) clock: Option<Clock>,
 }
 
@@ -215,10 +225,7 @@ impl<B, K> Scene<'_, B, K> {
     /// Turns a vector from the lattice's axes to the world's.
     #[inline(always)]
     pub(crate) fn to_world(&self, v: [f64; 3]) -> [f64; 3] {
-        match &self.axes {
-            None => v,
-            Some(axes) => [0, 1, 2].map(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]),
-        }
+        from_axes(self.axes.as_ref(), v)
     }
 
     /// Offset from the mesh's origin in world units of a place in cells from there.
@@ -301,6 +308,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
         let slabs = extent.nodes[2] - 1;
         self.work.todo.resize_with(slabs.max(self.work.todo.len()), Todo::default);
         (self.work.near.seen, self.work.near.kept) = (0, 0);
+        self.work.slabs.clear();
         self.seed(s, extent);
         self.piece.times.seed = lap.next();
         while let Some(z) = self.work.todo[..slabs].iter().position(|todo| !todo.is_empty()) {
@@ -318,9 +326,11 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
             columns: self.work.columns.room(),
             cells: extent.nodes.map(|n| n - 1),
             slices: self.work.pool.most,
+            slabs: self.work.slabs.room(),
             shaded: shaded > 0,
         };
         self.work.needs = self.work.needs.join(&needs);
+        self.work.slabs.write(&mut self.piece.triangles);
         self.finish(slabs);
         self.piece.times.march = lap.next();
     }
@@ -335,7 +345,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
         counts.looked_at = work.near.seen;
         counts.entries = work.columns.entries() as u64;
         counts.live_slices = work.pool.most as u64;
-        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>()) as u64;
+        counts.render_bytes = (work.pool.bytes() + slabs * size_of::<Todo>() + work.slabs.bytes()) as u64;
         counts.cache_bytes = work.columns.bytes() as u64;
     }
 

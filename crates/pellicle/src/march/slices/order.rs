@@ -7,8 +7,11 @@
 //!
 //! Source: Rosenberg & Birdwell 2008, section 5; product orders in place of sorting by distance are this project's.
 
-use super::slice::Todo;
-use crate::march::tables::{CASES, MOST, edge_corner};
+use super::slice::{Todo, WIDEST};
+use crate::{
+    lattice::Coord,
+    march::tables::{CASES, MOST, edge_corner},
+};
 
 /// The order in which triangles are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,10 +22,24 @@ pub enum DrawOrder {
     FrontToBack,
 }
 
+/// How strictly the order is kept by a march that makes triangles in another one: that from
+/// [particles' seeds](super::Seeds::Particles), which steps back to a lower slab where a seed was missing, and follows the
+/// surface within a slab. A complete search and blocks with levels make triangles in order and are exact either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Sorting {
+    /// Triangles come as the march makes them: of those that overlap, a thousandth or less in the wrong order. Nothing is kept back.
+    #[default]
+    Fast,
+    /// Triangles of a block are kept back until all are made, and then written slab by slab, row by row, cube by cube: 12
+    /// bytes a triangle and 8 a cube more of a block's working memory.
+    Exact,
+}
+
 /// The viewer as one block sees him.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sight {
     pub(crate) order: DrawOrder,
+    pub(crate) sorting: Sorting,
     /// His cube, counted from the extent's first node; may lie anywhere.
     pub(crate) cube: [i64; 3],
 }
@@ -43,8 +60,8 @@ pub(crate) fn next(todo: &mut Todo, sight: Option<&Sight>) -> Option<(usize, usi
     if todo.is_empty() {
         return None;
     }
-    let y = pick(todo.filled, lower_side(sight.cube[1], sight.order), sight.order);
-    let x = pick(todo.rows[y], lower_side(sight.cube[0], sight.order), sight.order);
+    let y = sight.first(1, todo.filled);
+    let x = sight.first(0, todo.rows[y]);
     todo.take(x, y);
     Some((x, y))
 }
@@ -64,6 +81,35 @@ fn pick(bits: u64, below: u64, order: DrawOrder) -> usize {
 }
 
 impl Sight {
+    /// The viewer as a block sees him whose first node is this, with cubes of `stride` cells of the finest lattice.
+    pub(crate) fn in_block(self, first: Coord, stride: i32) -> Self {
+        let cube = std::array::from_fn(|a| (self.cube[a] - i64::from(first[a])).div_euclid(stride.into()));
+        Self { cube, ..self }
+    }
+
+    /// Of some places along an axis, which are not none, the one that comes first.
+    #[inline(always)]
+    pub(crate) fn first(&self, axis: usize, places: u64) -> usize {
+        pick(places, lower_side(self.cube[axis], self.order), self.order)
+    }
+
+    /// A number that is the larger the later a cube comes, by slab, row and place in the row: 21 bits.
+    #[inline(always)]
+    pub(crate) fn place(&self, cube: [usize; 3]) -> u32 {
+        (0..3).rev().fold(0, |place, a| {
+            let (at, last) = (cube[a] as u32, WIDEST as u32 - 1);
+            // One side of the viewer comes first, and is gone through in the other direction than the second.
+            let low = lower_side(self.cube[a], self.order) >> at & 1 == 1;
+            let along = match (self.order, low) {
+                (DrawOrder::BackToFront, true) => at,
+                (DrawOrder::BackToFront, false) => WIDEST as u32 + last - at,
+                (DrawOrder::FrontToBack, true) => last - at,
+                (DrawOrder::FrontToBack, false) => WIDEST as u32 + at,
+            };
+            place << 7 | along
+        })
+    }
+
     /// The triangles of a case in the order in which they are drawn, seen from `cube`.
     #[inline(always)]
     pub(crate) fn triangles(&self, cube: [usize; 3], case: usize) -> impl Iterator<Item = [u8; 3]> + use<> {
@@ -137,10 +183,14 @@ mod tests {
             (DrawOrder::BackToFront, [-9, 70, 0]),
             (DrawOrder::FrontToBack, [64, -1, 0]),
         ] {
-            let (sight, mut todo, mut came) = (Sight { order, cube }, Todo::default(), Vec::new());
+            let (sight, mut todo) = (Sight { order, cube, sorting: Sorting::Fast }, Todo::default());
+            let (mut came, mut last) = (Vec::new(), None);
             (0..8).for_each(|y| (0..8).for_each(|x| todo.push(x, y)));
             while let Some((x, y)) = next(&mut todo, Some(&sight)) {
                 came.push([x as i64 - cube[0], y as i64 - cube[1]]);
+                let place = Some(sight.place([x, y, 0]));
+                assert!(place > last, "places go up as cubes come: {order:?} from {cube:?}");
+                last = place;
             }
             assert_eq!(came.len(), 64);
             for (i, a) in came.iter().enumerate() {
@@ -158,7 +208,7 @@ mod tests {
 
     #[test]
     fn triangles_of_a_cube_come_farthest_first() {
-        let sight = Sight { order: DrawOrder::BackToFront, cube: [9, 9, 9] };
+        let sight = Sight { order: DrawOrder::BackToFront, cube: [9, 9, 9], sorting: Sorting::Fast };
         // Two opposite corners inside: the one at the origin is farther from a viewer beyond the other.
         let case = 1 | 1 << 7;
         let triangles: Vec<_> = sight.triangles([0; 3], case).collect();

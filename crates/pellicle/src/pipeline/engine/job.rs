@@ -38,10 +38,7 @@ impl<B: Blend, K: Skin> Job<'_, B, K> {
         kept.around = self.blocks.around(block);
         let seam = Seam { around: kept.around, margin: self.params.margin(), cells: self.params.block };
         let first: [i32; 3] = std::array::from_fn(|a| block.at[a] * self.params.block[a] as i32);
-        let sight = self.sight.map(|sight| Sight {
-            cube: std::array::from_fn(|a| sight.cube[a] - i64::from(first[a]) + seam.margin as i64),
-            ..sight
-        });
+        let sight = self.sight.map(|sight| sight.in_block(first.map(|n| n - seam.margin as i32), 1));
         let members = self.blocks.members(block);
         kept.reused = self.reuse && kept.holds(block, members, self.scene.particles, sight);
         if kept.reused {

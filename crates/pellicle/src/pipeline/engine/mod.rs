@@ -29,13 +29,16 @@ use crate::{
     march::slices::{
         Blend, Clock, Custom, CustomField, FOREIGN, Lap, Piece, Plain, Radial, Scene, Shading, Sight, Skin, Times,
     },
-    math::simd::Unit,
+    math::{
+        simd::Unit,
+        vector::{Axes, dot, from_axes},
+    },
     sink::Sink,
 };
 use job::Job;
 use keep::{Keep, Kept};
 use seams::Seams;
-use view::{Axes, block_key, dot};
+use view::{block_key, corners};
 use work::{Needs, Work};
 
 /// Particles of a frame: positions, and what may differ between them.
@@ -310,14 +313,19 @@ impl<K: Skin> Engine<K> {
     /// Cuts the world into blocks, in the viewer's order.
     fn cut(&mut self, axes: Option<&Axes>, visible: &mut dyn FnMut(&[[f64; 3]; 8]) -> bool) {
         let Params { block, spacing, .. } = self.params;
-        let sight = self.view.zip(axes).map(|(view, axes)| (view.cube(axes, spacing), view.order));
+        let sight = self.sight(axes);
         self.blocks.cut(block.map(|n| n as i32), &self.placed, |at| {
-            let corners = std::array::from_fn(|c| {
-                let node = |a: usize| (f64::from(at[a]) + f64::from(c as u32 >> a & 1)) * block[a] as f64 * spacing;
-                to_world(axes, std::array::from_fn(node))
-            });
-            visible(&corners).then(|| sight.map_or(0, |(cube, order)| block_key(at, block, cube, order)))
+            visible(&corners(axes, at, block, spacing)).then(|| sight.map_or(0, |sight| block_key(at, block, &sight)))
         });
+    }
+
+    /// The viewer in the lattice with these axes.
+    fn sight(&self, axes: Option<&Axes>) -> Option<Sight> {
+        self.view.zip(axes).map(|(view, axes)| Sight {
+            order: view.order,
+            sorting: view.sorting,
+            cube: view.cube(axes, self.params.spacing),
+        })
     }
 
     /// What vertices get.
@@ -351,10 +359,7 @@ impl<K: Skin> Engine<K> {
             axes,
             clock: self.clock,
         };
-        let sight = self
-            .view
-            .zip(axes)
-            .map(|(view, axes)| Sight { order: view.order, cube: view.cube(&axes, self.params.spacing) });
+        let sight = self.sight(axes.as_ref());
         let threads = rayon::current_num_threads();
         let reuse = self.params.reuse == Reuse::Unchanged;
         let alone = !reuse && threads == 1;
@@ -377,7 +382,7 @@ impl<K: Skin> Engine<K> {
             times: self.times,
             ..Frame::default()
         };
-        sink.begin(to_world(axes.as_ref(), origin.map(|n| f64::from(n) * self.params.spacing)));
+        sink.begin(from_axes(axes.as_ref(), origin.map(|n| f64::from(n) * self.params.spacing)));
         for first in (0..self.blocks.blocks.len()).step_by(batch) {
             let blocks = &self.blocks.blocks[first..self.blocks.blocks.len().min(first + batch)];
             let job = Job {
@@ -441,9 +446,4 @@ impl<K: Skin> Engine<K> {
             if low > high || (low > -NEAR && high < NEAR) { 0 } else { ((low + high) / 2 / NEAR * NEAR) as i32 }
         })
     }
-}
-
-/// Turns a vector from the lattice's axes to the world's.
-fn to_world(axes: Option<&Axes>, v: [f64; 3]) -> [f64; 3] {
-    axes.map_or(v, |axes| std::array::from_fn(|i| axes[0][i] * v[0] + axes[1][i] * v[1] + axes[2][i] * v[2]))
 }

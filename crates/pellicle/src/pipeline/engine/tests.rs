@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     Mesh,
     march::{
-        slices::{DrawOrder, Seeds},
+        slices::{DrawOrder, Seeds, Sorting},
         tables::COUNTS,
     },
     mesh::Report,
@@ -117,9 +117,9 @@ fn sorted_vertices(mesh: &Mesh) -> Vec<[i64; 3]> {
 fn views() -> impl Iterator<Item = View> {
     let places = [(None, [0.0, 0.0, -1.0]), (None, [1.0, 0.4, -0.2]), (Some([3.0, -20.0, 7.0]), [-0.1, 1.0, -0.3])];
     places.into_iter().flat_map(|(eye, forward)| {
-        [DrawOrder::BackToFront, DrawOrder::FrontToBack]
-            .into_iter()
-            .flat_map(move |order| [Sweep::BestAxis, Sweep::Rotated].map(|sweep| View { eye, forward, order, sweep }))
+        [DrawOrder::BackToFront, DrawOrder::FrontToBack].into_iter().flat_map(move |order| {
+            [Sweep::BestAxis, Sweep::Rotated].map(|sweep| View { eye, forward, order, sweep, sorting: Sorting::Fast })
+        })
     })
 }
 
@@ -146,16 +146,79 @@ fn a_viewer_changes_the_order_of_triangles_and_nothing_else() {
             // A mirrored cube's polygons are cut along other diagonals.
             assert!((report.signed_volume / volume - 1.0).abs() < 2e-3, "{view:?}");
         }
-        for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
-            // Outward: a step along the normal leaves the field weaker.
-            let field = |by: f32| -> f32 {
-                let at: [f32; 3] = std::array::from_fn(|a| vertex[a] + by * normal[a]);
-                let u = |p: &[f32; 3]| 1.0 - (0..3).map(|a| (at[a] - p[a]).powi(2)).sum::<f32>() / 9.0;
-                positions.iter().map(|p| u(p).max(0.0).powi(2) / 4.0).sum()
-            };
-            assert!(field(0.05) < field(-0.05), "{view:?} at {vertex:?}");
-        }
+        assert_outward(&mesh, &positions, view);
     }
+}
+
+/// A step along a normal leaves the field weaker.
+#[track_caller]
+fn assert_outward(mesh: &Mesh, positions: &[[f32; 3]], view: View) {
+    for (normal, vertex) in mesh.normals.iter().zip(&mesh.vertices).step_by(50) {
+        let field = |by: f32| -> f32 {
+            let at: [f32; 3] = std::array::from_fn(|a| vertex[a] + by * normal[a]);
+            let u = |p: &[f32; 3]| 1.0 - (0..3).map(|a| (at[a] - p[a]).powi(2)).sum::<f32>() / 9.0;
+            positions.iter().map(|p| u(p).max(0.0).powi(2) / 4.0).sum()
+        };
+        assert!(field(0.05) < field(-0.05), "{view:?} at {vertex:?}");
+    }
+}
+
+#[test]
+fn a_viewer_changes_the_order_with_levels_too() {
+    let positions = cloud(6, 200, [14.0, 20.0, 10.0]);
+    let mut engine = Engine::new(Params { block: [8; 3], ..Params::new(3.0, 0.5) }).unwrap();
+    let mut make = |view: Option<View>| {
+        let mut mesh = Mesh::default();
+        engine.set_view(view).unwrap();
+        let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+        let frame = engine.update_with_levels(&positions, wish, &mut mesh).unwrap();
+        assert!(frame.levels[0] > 8 && frame.levels[1] > 8, "{frame:?}");
+        mesh
+    };
+    let plain = make(None);
+    let volume = Report::of(&plain).signed_volume;
+    for view in views() {
+        let mesh = make(Some(view));
+        assert_closed(&mesh, &format!("{view:?}"));
+        let report = Report::of(&mesh);
+        assert!((report.signed_volume / volume - 1.0).abs() < 0.02, "{view:?}: {} {volume}", report.signed_volume);
+        if view.sweep == Sweep::BestAxis {
+            // Blocks, and so their levels, are the same.
+            assert_eq!(mesh.vertices.len(), plain.vertices.len(), "{view:?}");
+        }
+        assert_outward(&mesh, &positions, view);
+    }
+}
+
+#[test]
+fn in_exact_order_seeds_from_particles_give_what_a_complete_search_gives() {
+    let positions = cloud(5, 60, [7.0; 3]);
+    let complete = Params { block: [16; 3], ..Params::new(3.0, 0.5) };
+    let seeded = Params { seeds: Seeds::Particles, ..complete.clone() };
+    let mut out_of_order = 0;
+    for view in views() {
+        let want = seen(&positions, complete.clone(), view);
+        let fast = seen(&positions, seeded.clone(), view);
+        let exact = seen(&positions, seeded.clone(), View { sorting: Sorting::Exact, ..view });
+        assert_closed(&exact, &format!("{view:?}"));
+        // Values differ in the last bits.
+        let middles = |mesh: &Mesh| -> Vec<[f64; 3]> {
+            let middle = |t: &[u32; 3]| {
+                let corners = t.map(|v| mesh.position(v as usize));
+                std::array::from_fn(|a| corners.iter().map(|c| c[a]).sum::<f64>() / 3.0)
+            };
+            mesh.triangles.iter().map(middle).collect()
+        };
+        let [want, fast, exact] = [&want, &fast, &exact].map(middles);
+        let differ = |mesh: &[[f64; 3]]| {
+            assert_eq!(mesh.len(), want.len(), "{view:?}");
+            let apart = |(p, q): (&[f64; 3], &[f64; 3])| (0..3).any(|a| (p[a] - q[a]).abs() > 1e-3);
+            mesh.iter().zip(&want).filter(|&(p, q)| apart((p, q))).count()
+        };
+        assert_eq!(differ(&exact), 0, "{view:?}, of {} triangles", want.len());
+        out_of_order += usize::from(differ(&fast) > 0);
+    }
+    assert!(out_of_order > 3, "the fast variant has another order: {out_of_order}");
 }
 
 #[test]
@@ -191,6 +254,81 @@ fn a_block_that_is_not_visible_is_left_out_and_the_rest_stays() {
     let right =
         |mesh: &Mesh| mesh.triangles.iter().filter(|t| t.iter().all(|&v| mesh.vertices[v as usize][0] >= 0.0)).count();
     assert_eq!(right(&all), right(&some));
+}
+
+#[test]
+fn with_levels_a_block_that_is_not_visible_is_left_out_too() {
+    let positions = cloud(8, 300, [30.0, 8.0, 8.0]);
+    let mut engine = Engine::new(Params { block: [8; 3], ..Params::new(3.0, 0.5) }).unwrap();
+    let (mut all, mut some) = (Mesh::default(), Mesh::default());
+    let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+    let full = engine.update_with_levels(&positions, wish, &mut all).unwrap();
+    let visible = |corners: &[[f64; 3]; 8]| corners.iter().any(|c| c[0] > 1.0);
+    let frame = engine.update_visible_with_levels(&positions, visible, wish, &mut some).unwrap();
+    assert!(frame.blocks < full.blocks && frame.levels[0] > 0 && frame.levels[1] > 0, "{frame:?} {full:?}");
+    assert!(some.triangles.len() > all.triangles.len() / 4 && some.triangles.len() < all.triangles.len());
+    let mut right = [&all, &some].map(|mesh| {
+        let corners = mesh.triangles.iter().map(|t| t.map(|v| mesh.vertices[v as usize].map(f32::to_bits)));
+        corners.filter(|c| c.iter().all(|p| f32::from_bits(p[0]) > 1.1)).collect::<Vec<_>>()
+    });
+    right.iter_mut().for_each(|triangles| triangles.sort_unstable());
+    assert!(right[0] == right[1] && right[0].len() > 1000, "{}", right[0].len());
+    // Everything left out is nothing at all.
+    let frame = engine.update_visible_with_levels(&positions, |_| false, wish, &mut some).unwrap();
+    assert_eq!((frame.blocks, some.vertices.len(), some.triangles.len()), (0, 0, 0));
+}
+
+/// Triquet's metaballs, told by a user, who lets particles of odd numbers count half.
+struct Halves;
+
+impl CustomField for Halves {
+    fn value(&self, particle: usize, rest: f32) -> f32 {
+        rest * rest / if particle % 2 == 1 { 8.0 } else { 4.0 }
+    }
+
+    fn slope(&self, particle: usize, rest: f32) -> f32 {
+        rest / if particle % 2 == 1 { 4.0 } else { 2.0 }
+    }
+}
+
+/// The least number of a particle near a vertex.
+struct Least;
+
+impl Skin for Least {
+    type Corner = usize;
+    type Vertex = usize;
+
+    fn corner(&self, near: crate::march::slices::Neighbours<'_>) -> usize {
+        near.map(|n| n.particle).min().unwrap_or(usize::MAX)
+    }
+
+    fn vertex(&self, ends: [usize; 2], _: f32) -> usize {
+        ends[0].min(ends[1])
+    }
+}
+
+#[test]
+fn a_field_of_the_users_goes_with_levels_and_his_data() {
+    let positions = cloud(9, 150, [10.0, 14.0, 8.0]);
+    let strengths: Vec<f32> = (0..150).map(|i| if i % 2 == 1 { 0.5 } else { 1.0 }).collect();
+    let params = Params { block: [8; 3], ..Params::new(3.0, 0.5) };
+    let (mut engine, mut with) = (Engine::with_skin(params.clone(), Least).unwrap(), Engine::new(params).unwrap());
+    let wish = |region: &Region| u8::from(region.low[1] + region.high[1] > 0.0);
+    for view in std::iter::once(None).chain(views().map(Some)) {
+        engine.set_view(view).unwrap();
+        with.set_view(view).unwrap();
+        let (mut custom, mut built_in) = (crate::sink::Shaded::default(), Mesh::default());
+        let frame = engine.update_custom_with_levels(&positions, &Halves, wish, &mut custom).unwrap();
+        let particles = Particles { strengths: Some(&strengths), ..Particles::from(&positions) };
+        let other = with.update_with_levels(particles, wish, &mut built_in).unwrap();
+        assert!(frame.levels[0] > 0 && frame.levels == other.levels, "{frame:?}");
+        assert_eq!((frame.vertices, frame.triangles), (other.vertices, other.triangles), "{view:?}");
+        assert_closed(&custom.mesh, "the user's field");
+        for (vertex, &least) in custom.mesh.vertices.iter().zip(&custom.data) {
+            let near = |p: &[f32; 3]| (0..3).map(|a| (vertex[a] - p[a]).powi(2)).sum::<f32>().sqrt() < 4.8;
+            assert!(near(&positions[least]), "a particle within reach of one end: {least}");
+        }
+    }
 }
 
 #[test]

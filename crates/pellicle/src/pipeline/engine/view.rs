@@ -1,6 +1,11 @@
 //! The viewer, for whom triangles are put in order, and the pose of the lattice that this asks for.
 
-use crate::{Error, march::slices::DrawOrder};
+use crate::{
+    Error,
+    lattice::Coord,
+    march::slices::{DrawOrder, Sight, Sorting},
+    math::vector::{Axes, dot, from_axes},
+};
 
 /// How the slabs are turned towards the viewer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,10 +29,9 @@ pub struct View {
     pub order: DrawOrder,
     /// How the lattice is swept.
     pub sweep: Sweep,
+    /// How strictly the order is kept where the march makes another one.
+    pub sorting: Sorting,
 }
-
-/// The axes of the lattice in the world, a rotation, row by row.
-pub(super) type Axes = [[f64; 3]; 3];
 
 impl View {
     /// Checks that all numbers are finite and that there is a direction.
@@ -43,7 +47,7 @@ impl View {
         Ok(())
     }
 
-    /// The pose of the lattice in which slabs come in draw order from the lowest to the highest.
+    /// The axes of the lattice in the world in which slabs come in draw order from the lowest to the highest.
     pub(super) fn axes(&self) -> Axes {
         // Upwards is towards what is drawn last.
         let sign = match self.order {
@@ -87,16 +91,20 @@ impl View {
     }
 }
 
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+/// Corners of the block at `at`, of `size` cells, in world units, where the lattice may have axes of its own.
+pub(super) fn corners(axes: Option<&Axes>, at: Coord, size: [usize; 3], spacing: f64) -> [[f64; 3]; 8] {
+    std::array::from_fn(|c| {
+        let node = |a: usize| (f64::from(at[a]) + f64::from(c as u32 >> a & 1)) * size[a] as f64 * spacing;
+        from_axes(axes, std::array::from_fn(node))
+    })
 }
 
-/// A key that puts blocks of `size` cells in draw order as seen from `cube`.
-pub(super) fn block_key(at: [i32; 3], size: [usize; 3], cube: [i64; 3], order: DrawOrder) -> u64 {
+/// A key that puts blocks of `size` cells in draw order.
+pub(super) fn block_key(at: Coord, size: [usize; 3], sight: &Sight) -> u64 {
     const MOST: u64 = (1 << 21) - 1;
     (0..3).rev().fold(0, |key, a| {
-        let distance = (i64::from(at[a]) - cube[a].div_euclid(size[a] as i64)).unsigned_abs().min(MOST);
-        key << 21 | if order == DrawOrder::BackToFront { MOST - distance } else { distance }
+        let distance = (i64::from(at[a]) - sight.cube[a].div_euclid(size[a] as i64)).unsigned_abs().min(MOST);
+        key << 21 | if sight.order == DrawOrder::BackToFront { MOST - distance } else { distance }
     })
 }
 
@@ -109,7 +117,7 @@ mod tests {
         for forward in [[0.0, 0.0, 2.0], [1.0, -3.0, 0.5], [-0.2, 0.1, 0.1], [5.0, 5.0, 5.0]] {
             for (order, sign) in [(DrawOrder::BackToFront, -1.0), (DrawOrder::FrontToBack, 1.0)] {
                 for sweep in [Sweep::BestAxis, Sweep::Rotated] {
-                    let axes = View { eye: None, forward, order, sweep }.axes();
+                    let axes = View { eye: None, forward, order, sweep, sorting: Sorting::Fast }.axes();
                     for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
                         assert!((dot(axes[i], axes[j]) - f64::from(i == j)).abs() < 1e-12, "{axes:?}");
                     }
