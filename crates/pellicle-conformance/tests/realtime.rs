@@ -94,11 +94,13 @@ fn strewn_particles_at_all_scales() {
 
 #[test]
 fn the_world_has_no_bounds() {
+    // The distance is a multiple of a block's, so that both clouds are cut alike.
+    let params = Params { block: [32; 3], ..Params::new(3.0, 1.0) };
     let mut positions = strewn(100, 4);
-    let near = surface(&positions, &Params::new(3.0, 1.0), 1);
+    let near = surface(&positions, &params, 1);
     // Two clouds farther apart than any array could reach.
     positions.extend(strewn(100, 4).into_iter().map(|p| [p[0], p[1] + 1_048_576.0, p[2]]));
-    let (mesh, frame) = surface(&positions, &Params::new(3.0, 1.0), 1);
+    let (mesh, frame) = surface(&positions, &params, 1);
     must(closed(&mesh));
     assert_eq!(frame.blocks, 2 * near.1.blocks);
     // Positions there have an eighth of a unit: the field is another.
@@ -110,7 +112,7 @@ fn copies_side_by_side_need_no_more_memory_to_work_in() {
     let one = strewn(400, 5);
     let count = |copies: i32| {
         let positions: Vec<_> =
-            (0..copies).flat_map(|c| one.iter().map(move |p| [p[0] + 128.0 * c as f32, p[1], p[2]])).collect();
+            (0..copies).flat_map(|c| one.iter().map(move |p| [p[0] + 4.0 * 39.0 * c as f32, p[1], p[2]])).collect();
         surface(&positions, &Params::new(3.0, 1.0), 1).1
     };
     let (one, ten, hundred) = (count(1), count(10), count(100));
@@ -127,7 +129,7 @@ fn bounds(params: &Params, particles: u64) -> [u64; 2] {
     let [x, y, _] = params.block.map(|cubes| cubes as u64 + 1);
     let bricks = x.div_ceil(4) * y.div_ceil(4);
     let touched = ((params.reach / params.spacing / 2.0) as u64 + 2).pow(2).min(bricks);
-    [2 * 1152 * bricks + 20 * x * y + 8192, particles * (100 + 9 * touched) + 200 * bricks + 2048]
+    [2 * 1152 * bricks + 20 * x * y + 16384, particles * (100 + 9 * touched) + 200 * bricks + 2048]
 }
 
 /// Particles that reach the block that the most reach.
@@ -262,7 +264,7 @@ fn bad_input_is_an_error() {
     for params in [
         Params { iso: 0.0, ..Params::new(3.0, 1.0) },
         Params { block: [0, 32, 32], ..Params::new(3.0, 1.0) },
-        Params { block: [32, 30, 32], ..Params::new(3.0, 1.0) },
+        Params { block: [32, 64, 32], ..Params::new(3.0, 1.0) },
         Params { block: [60; 3], seeds: Seeds::Particles, ..Params::new(3.0, 1.0) },
         Params::new(-1.0, 1.0),
         Params::new(3.0, f64::NAN),

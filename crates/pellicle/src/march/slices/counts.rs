@@ -28,7 +28,7 @@ pub struct Counts {
     pub live_slices: u64,
     /// Most bytes of slices and lists of cubes in a block: what each thread needs of them, however many blocks there are. By
     /// a complete search of blocks of X × Y × Z cubes at most 2,304 bytes for each of the ⌈(X+1)/4⌉·⌈(Y+1)/4⌉ bricks of a
-    /// layer, 20 for each of its (X+1)·(Y+1) nodes, and 8 KiB; 128 times the size of the user's data of a corner for each
+    /// layer, 20 for each of its (X+1)·(Y+1) nodes, and 16 KiB; 128 times the size of the user's data of a corner for each
     /// brick on top.
     pub render_bytes: u64,
     /// Most bytes of the particle look-up in a block, for each thread, too. It grows with the particles that reach the fullest

@@ -59,7 +59,9 @@ impl<'a, P: Into<Positions<'a>>> From<P> for Particles<'a> {
 /// Makes a surface over moving particles every frame, in memory that it keeps: after the first frames of a scene it
 /// allocates nothing.
 ///
-/// Runs in the current rayon pool, a block a task. The surface is the same, byte for byte, for any number of threads.
+/// Runs in the current rayon pool: threads take block after block, and whoever is done with one writes what is next in their
+/// order, so that a sink is used by one thread at a time, but not always the same. The surface is the same, byte for byte,
+/// for any number of threads.
 ///
 /// ```
 /// use pellicle::{Mesh, realtime::{Engine, Params}};
