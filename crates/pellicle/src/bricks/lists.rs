@@ -340,7 +340,7 @@ impl Lists {
         for _ in 0..touches.bricks {
             let brick = touch.first + across[touch.bricks.trailing_zeros() as usize % LANES];
             let mut end = self.chains[brick as usize].end as usize;
-            if end % PIECE == 0 {
+            if end.is_multiple_of(PIECE) {
                 end = self.begin_piece(brick);
             }
             self.pieces.as_flattened_mut()[end] = touch.seen;
