@@ -58,7 +58,7 @@ pub(crate) struct Work<C> {
     ends: Ends,
     places: Places,
     /// Triangles on their way into the piece. Kept, since zeroing as many for each slab costs more than to make them.
-    some: Vec<[u32; 3]>,
+    triangles: Vec<[u32; 3]>,
     todo: Todo,
     near: Near,
     slopes: Vec<f32>,
@@ -74,7 +74,7 @@ impl<C: Copy + Default> Default for Work<C> {
             numbers: Vec::new(),
             ends: Ends::default(),
             places: [[0.0; WIDEST]; 3],
-            some: vec![[0; 3]; 2 * ROW],
+            triangles: vec![[0; 3]; 2 * ROW],
             todo: Todo::default(),
             near: Near::default(),
             slopes: Vec::new(),
@@ -153,6 +153,7 @@ impl<B: Blend, K: Skin> Kernel for March<'_, B, K, Work<K::Corner>> {
             self.tally(extent, layer);
             self.piece.times.march += lap.next();
         }
+        // The last layer has slabs of its own, unless only the nodes of the block's highest face are in it.
         if SIDE * (layers - 1) < self.seam.cells[2] {
             self.clear(extent, layers);
             self.finish(s, extent, layers - 1);
@@ -216,7 +217,7 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             + size_of::<Places>()
             + size_of::<Ends>()
             + 4 * work.numbers.len()
-            + size_of_val(&work.some[..])
+            + size_of_val(&work.triangles[..])
             + size_of::<Todo>();
         counts.render_bytes = counts.render_bytes.max(render as u64);
         let needs = Needs {

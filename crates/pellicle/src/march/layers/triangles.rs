@@ -90,24 +90,24 @@ impl<B: Blend, K: Skin> March<'_, B, K, Work<K::Corner>> {
             offsets,
             width,
         };
-        let (mut count, mut made, some) = (0, 0, &mut work.some[..]);
+        let (mut count, mut made, triangles) = (0, 0, &mut work.triangles[..]);
         for y in ones(rows & ((1 << (extent.nodes[1] - 1)) - 1)) {
             let crossed = crossed(&slab, y, width);
             count += crossed.count_ones();
             match self.sight {
                 None => {
                     for x in ones(crossed) {
-                        made += slab.write(x, y, &mut some[made..]);
+                        made += slab.write(x, y, &mut triangles[made..]);
                     }
                     if made >= ROW {
-                        self.piece.triangles.extend_from_slice(&some[..made]);
+                        self.piece.triangles.extend_from_slice(&triangles[..made]);
                         made = 0;
                     }
                 }
                 Some(_) => work.todo.push_row(y, crossed),
             }
         }
-        self.piece.triangles.extend_from_slice(&some[..made]);
+        self.piece.triangles.extend_from_slice(&triangles[..made]);
         if let Some(sight) = &self.sight {
             while let Some((x, y)) = next(&mut work.todo, Some(sight)) {
                 slab.write_in_order(sight, [x, y, z], &mut self.piece.triangles);

@@ -16,7 +16,8 @@ use crate::{
 /// [`update_custom_with_levels`](crate::realtime::Engine::update_custom_with_levels).
 ///
 /// Nothing is assumed of it, so [`Seeds::Complete`](crate::realtime::Seeds::Complete) evaluates every corner that a
-/// particle reaches, without the bounds that the built-in fields have, one particle at a time: it is slower than those.
+/// particle reaches, one particle at a time: it is slower than the built-in fields. It is asked on all threads of the pool, and
+/// must not wait for other tasks of that pool.
 /// What it brings should be 0 where `rest` is 0, or the surface has steps at the particles' reach.
 ///
 /// ```
