@@ -412,3 +412,17 @@ fn a_panic_of_the_users_field_ends_a_frame_on_all_threads_and_the_next_one_is_ri
         assert_eq!(frame(usize::MAX), whole, "after particle {fails}");
     }
 }
+
+#[test]
+fn with_levels_blocks_have_the_largest_power_of_two_of_cubes_that_fits() {
+    assert_eq!(Engine::new(Params::new(3.0, 0.5)).unwrap().coarsest_level(), 5);
+    let positions = cloud(10, 60, [12.0; 3]);
+    let [eight, thirteen] = [8, 13].map(|side| {
+        let mut engine = Engine::new(Params { block: [side; 3], ..Params::new(3.0, 0.5) }).unwrap();
+        assert_eq!(engine.coarsest_level(), 3);
+        let mut mesh = Mesh::default();
+        engine.update_with_levels(&positions, |region| u8::from(region.low[1] > 0.0), &mut mesh).unwrap();
+        mesh
+    });
+    assert_eq!(eight, thirteen);
+}
