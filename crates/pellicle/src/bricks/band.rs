@@ -196,7 +196,8 @@ impl Band {
                 for_each_unsure(coarse, octet, |brick, unsure, clear| {
                     let halves =
                         sampler.map_or([0; SIDES], |sampler| halves::find(&sampler, octet.at, brick, unsure, clear));
-                    for cell in ones(unsure) {
+                    // In Z-order: then those of an octet lie side by side.
+                    for cell in eighths::OF.into_iter().flat_map(|eighth| ones(unsure & eighth)) {
                         let sides = halves.map(|cells| cells >> cell & 1 != 0);
                         let node = [cell & 3, cell >> 2 & 3, cell >> 4];
                         let at = std::array::from_fn(|a| {

@@ -7,9 +7,9 @@
 
 use super::store::{SCRATCH, Source};
 use crate::{
-    fill::{above::Points, brick_origin},
+    fill::{above::Points, brick_origin, eighths},
     lattice::Coord,
-    math::bits::{node_bit, ones},
+    math::bits::ones,
 };
 
 /// The sides of a cell: below and above along each axis.
@@ -46,10 +46,8 @@ pub(super) fn find(sampler: &Sampler<'_>, octet: Coord, brick: usize, unsure: u6
     };
     let index = |node: [usize; 3]| node[0] + 5 * node[1] + 25 * node[2];
     let first = brick_origin(brick);
-    for code in 0..64 {
-        // In Z-order: then those of a group lie close together.
-        let at = [0, 1, 2].map(|a| (code >> a & 1) | (code >> (a + 3) & 1) << 1);
-        let cell = node_bit(at[0], at[1], at[2]);
+    // In Z-order: then those of a group lie close together.
+    for cell in eighths::OF.into_iter().flat_map(ones) {
         for side in 0..SIDES {
             if sides[side] >> cell & 1 == 0 {
                 continue;

@@ -18,6 +18,7 @@ use std::cell::RefCell;
 
 use rayon::prelude::*;
 
+use super::rounds::Rounds;
 use crate::{
     fill::{
         Scratch, Values,
@@ -73,7 +74,7 @@ pub(crate) struct Store<const SETS: usize> {
     /// For [`want`](Self::want): requests come in runs of near ones.
     cursor: Cursor,
     sets: Vec<[u64; SETS]>,
-    values: Vec<Values>,
+    values: Rounds,
     slots: usize,
     /// Whether whole bricks are filled, whatever the field: for those who need all values.
     pub(crate) whole: bool,
@@ -96,6 +97,7 @@ impl<const SETS: usize> Store<SETS> {
         self.directory.clear();
         self.cursor = Cursor::default();
         self.queue.clear();
+        self.values.clear();
         self.slots = 0;
     }
 
@@ -124,7 +126,7 @@ impl<const SETS: usize> Store<SETS> {
     /// Values of a filled brick.
     #[inline(always)]
     pub(crate) fn values(&self, octet: &Octet, brick: usize) -> &Values {
-        &self.values[octet.slots[brick] as usize]
+        self.values.get(octet.slots[brick] as usize)
     }
 
     /// Asks for eighths of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
@@ -164,7 +166,7 @@ impl<const SETS: usize> Store<SETS> {
 
     /// Gives the values' memory back.
     pub(crate) fn drop_values(&mut self) {
-        self.values = Vec::new();
+        self.values = Rounds::default();
     }
 
     /// Whether bricks wait for the next round.
@@ -218,12 +220,12 @@ impl<const SETS: usize> Store<SETS> {
         self.assign_slots(self.whole || !source.field.fills_eighths(), done);
         grow(&mut self.sets, self.slots, [0; SETS]);
         if keep_values {
-            grow(&mut self.values, self.slots, [0.0; 64]);
+            self.values.add(self.slots - first);
         }
         self.begin_partial(done, keep_values);
         let (octets, done, starts) = (&self.octets, &done[..], &self.queue_slots);
         let sets = &mut self.sets[first..self.slots];
-        let values = keep_values.then(|| &mut self.values[first..self.slots]);
+        let values = keep_values.then(|| self.values.last());
         let start = |i: usize| starts[i] as usize;
         for_each_part(0..done.len(), (sets, values), &start, &|i,
                                                                (above, values): (
@@ -296,7 +298,7 @@ impl<const SETS: usize> Store<SETS> {
         for &[from, to] in &self.moved {
             self.sets[to as usize] = self.sets[from as usize];
             if keep_values {
-                self.values[to as usize] = self.values[from as usize];
+                self.values.copy(from as usize, to as usize);
             }
         }
     }

@@ -174,11 +174,11 @@ fn fill_eighths<S: Simd, F: Field>(
     while left != 0 {
         let first = left.trailing_zeros() as usize;
         left &= left - 1;
-        // Alone where eight lanes fill a register; an odd one is done twice.
+        // Alone where eight lanes fill a register; an odd one is done twice. Two that touch have the most particles in common.
         let mut second = first;
         if !S::IS_WIDE && left != 0 {
-            second = left.trailing_zeros() as usize;
-            left &= left - 1;
+            second = ones(left.into()).min_by_key(|other| (other ^ first).count_ones()).unwrap_or(first);
+            left &= !(1 << second);
         }
         let mut place = eighths::place(brick, first, step);
         let other = eighths::place(brick, second, step);

@@ -125,7 +125,7 @@ impl Candidates {
                                 continue;
                             }
                             let from = [&cells.x[..], &cells.y[..], &cells.z[..]];
-                            self.append(s, from, columns, reach, run, shift, place);
+                            self.append::<S, true>(s, from, columns, reach, run, shift, place);
                         }
                     }
                 }
@@ -142,13 +142,13 @@ impl Candidates {
             sources[c] = &from.columns[c][..];
         }
         let axes = [&from.axes[0][..], &from.axes[1][..], &from.axes[2][..]];
-        self.append(s, axes, &sources[..columns], reach, 0..from.len, [0.0; 3], place);
+        self.append::<S, false>(s, axes, &sources[..columns], reach, 0..from.len, [0.0; 3], place);
     }
 
-    /// Appends those of a run that are within reach. The sources have 16 values to spare behind the run.
+    /// Appends those of a run that are within reach, moved by `shift` if that `MOVES`. The sources have 16 values to spare behind the run.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the inner loop of two callers")]
-    fn append<S: Simd>(
+    fn append<S: Simd, const MOVES: bool>(
         &mut self,
         s: S,
         axes: [&[f32]; 3],
@@ -159,9 +159,13 @@ impl Candidates {
         place: Box3,
     ) {
         self.reserve(columns.len(), run.len());
-        let zero = s.splat(0.0);
+        let (mut middle, mut half) = ([0.0; 3], [0.0; 3]);
+        for a in 0..3 {
+            middle[a] = 0.5 * (place.low[a] + place.high[a]);
+            half[a] = 0.5 * (place.high[a] - place.low[a]);
+        }
         // Written out: the array's own `map` need not be inlined, and then runs without the vector unit's instructions.
-        let [low, high, shift] = [splat_all(s, place.low), splat_all(s, place.high), splat_all(s, shift)];
+        let [middle, half, shift] = [splat_all(s, middle), splat_all(s, half), splat_all(s, shift)];
         // Cut once, so that the loop has one check a store and none a load.
         let end = run.start + run.len().next_multiple_of(LANES);
         let chunks = run.start..end;
@@ -172,12 +176,17 @@ impl Candidates {
         let (to_x, to_y, to_z) = (&mut to_x[room.clone()], &mut to_y[room.clone()], &mut to_z[room.clone()]);
         let mut kept = 0;
         for (i, ((x, y), z)) in xs.zip(ys).zip(zs).enumerate() {
-            let at = [s.add(s.load(x), shift[0]), s.add(s.load(y), shift[1]), s.add(s.load(z), shift[2])];
-            let mut dist_sq = zero;
-            for a in 0..3 {
-                let d = s.max(s.max(s.sub(low[a], at[a]), s.sub(at[a], high[a])), zero);
-                dist_sq = s.add(dist_sq, s.mul(d, d));
+            let mut at = [s.load(x), s.load(y), s.load(z)];
+            if MOVES {
+                at = [s.add(at[0], shift[0]), s.add(at[1], shift[1]), s.add(at[2], shift[2])];
             }
+            // The distance from the box: what that from its middle is beyond its half.
+            let mut sq = at;
+            for a in 0..3 {
+                let d = s.sub(s.max_size(s.sub(at[a], middle[a]), half[a]), half[a]);
+                sq[a] = s.mul(d, d);
+            }
+            let dist_sq = s.add(s.add(sq[0], sq[1]), sq[2]);
             let valid = ((1u32 << (run.len() - i * LANES).min(LANES)) - 1) as u16;
             let reach_sq = reach.map_or(s.splat(REACH_SQ), |c| s.load(&columns[c][run.start + i * LANES..]));
             let near = s.gt(reach_sq, dist_sq) & valid;

@@ -140,6 +140,16 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn max_size(self, a: F, b: F) -> F {
+        // SAFETY: as in `splat`.
+        unsafe {
+            let sign = _mm256_set1_ps(-0.0);
+            let size = |v| _mm256_andnot_ps(sign, v);
+            (_mm256_max_ps(size(a.0), b.0), _mm256_max_ps(size(a.1), b.1))
+        }
+    }
+
+    #[inline(always)]
     fn gt(self, a: F, b: F) -> u16 {
         // SAFETY: as in `splat`.
         let (lo, hi) = unsafe {

@@ -98,6 +98,13 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn max_size(self, a: __m512, b: __m512) -> __m512 {
+        // The greater size (bits 0 and 1), without its sign (bits 2 and 3).
+        // SAFETY: as in `splat`.
+        unsafe { _mm512_range_ps::<0b10_11>(a, b) }
+    }
+
+    #[inline(always)]
     fn gt(self, a: __m512, b: __m512) -> u16 {
         // SAFETY: as in `splat`.
         unsafe { _mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, b) }

@@ -61,6 +61,8 @@ pub trait Simd: Copy + Send + Sync {
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     /// `a < b ? a : b` in each lane.
     fn min(self, a: Self::F, b: Self::F) -> Self::F;
+    /// The greater of |a| and b, which is not negative.
+    fn max_size(self, a: Self::F, b: Self::F) -> Self::F;
     /// Bit set where `a > b`.
     fn gt(self, a: Self::F, b: Self::F) -> u16;
     /// `a` where the mask's bit is set, else `b`.
@@ -169,6 +171,7 @@ mod tests {
                 s.sqrt(s.max(x, s.splat(0.0))),
                 s.max(x, y),
                 s.min(x, y),
+                s.max_size(y, s.max(x, s.splat(0.0))),
                 s.max(s.splat(0.0), s.splat(-0.0)),
                 s.select(0xa5c3, x, y),
             ] {

@@ -73,6 +73,11 @@ impl Simd for Portable {
     }
 
     #[inline(always)]
+    fn max_size(self, a: F, b: F) -> F {
+        each(a, b, |x, y| if x.abs() > y { x.abs() } else { y })
+    }
+
+    #[inline(always)]
     fn gt(self, a: F, b: F) -> u16 {
         (0..LANES).fold(0, |mask, i| mask | (u16::from(a[i] > b[i]) << i))
     }
