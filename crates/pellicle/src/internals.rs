@@ -39,13 +39,16 @@ pub trait Summed<const C: usize>: Copy + Send + Sync {
     /// The column with the square of a particle's own reach, in supports, if it has one.
     const REACH: Option<usize>;
 
-    /// Adds particle `particle`: `d` is node minus particle in supports, `dist_sq` its square.
+    /// What [`add`](Self::add) takes of particle `particle`, to be computed ahead; `dist_sq` as there.
+    fn kernels<S: Simd>(&self, s: S, dist_sq: S::F, brought: &Brought<'_>, particle: usize) -> [S::F; 2];
+
+    /// Adds particle `particle` of these [`kernels`](Self::kernels): `d` is node minus particle in supports, its square `dist_sq`.
     fn add<S: Simd>(
         &self,
         s: S,
         sums: &mut [S::F; C],
         d: [S::F; 3],
-        dist_sq: S::F,
+        kernels: [S::F; 2],
         brought: &Brought<'_>,
         particle: usize,
     );
@@ -79,17 +82,22 @@ impl Summed<13> for SolenthalerSums {
     const REACH: Option<usize> = None;
 
     #[inline(always)]
+    fn kernels<S: Simd>(&self, s: S, dist_sq: S::F, brought: &Brought<'_>, particle: usize) -> [S::F; 2] {
+        self.0.kernels(s, dist_sq, Row { columns: &brought.0, particle })
+    }
+
+    #[inline(always)]
     fn add<S: Simd>(
         &self,
         s: S,
         sums: &mut [S::F; 13],
         d: [S::F; 3],
-        dist_sq: S::F,
+        kernels: [S::F; 2],
         brought: &Brought<'_>,
         particle: usize,
     ) {
         let mut spread = crate::field::centre::Spread::from_channels(s, sums);
-        self.0.add(s, &mut spread, d, dist_sq, Row { columns: &brought.0, particle });
+        self.0.add_kernels(s, &mut spread, d, kernels, Row { columns: &brought.0, particle });
         *sums = spread.channels();
     }
 
@@ -120,16 +128,21 @@ impl Summed<1> for AnisotropicSums {
     const REACH: Option<usize> = Anisotropic::REACH;
 
     #[inline(always)]
+    fn kernels<S: Simd>(&self, s: S, dist_sq: S::F, brought: &Brought<'_>, particle: usize) -> [S::F; 2] {
+        self.0.kernels(s, dist_sq, Row { columns: &brought.0, particle })
+    }
+
+    #[inline(always)]
     fn add<S: Simd>(
         &self,
         s: S,
         sums: &mut [S::F; 1],
         d: [S::F; 3],
-        dist_sq: S::F,
+        kernels: [S::F; 2],
         brought: &Brought<'_>,
         particle: usize,
     ) {
-        self.0.add(s, &mut sums[0], d, dist_sq, Row { columns: &brought.0, particle });
+        self.0.add_kernels(s, &mut sums[0], d, kernels, Row { columns: &brought.0, particle });
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::grid::{Grid, TILE};
 use super::handlers::{Handlers, z_index};
-use super::scatter::put;
+use super::scatter::{add_run, put};
 
 /// What is to be done.
 #[derive(Clone, Copy)]
@@ -114,14 +114,9 @@ impl<F: Summed<C>, const C: usize> Kernel for Slab<'_, F, C> {
 #[inline(always)]
 fn sum<S: Simd, F: Summed<C>, const C: usize>(s: S, field: &F, list: &List, node: [S::F; 2], z: f32) -> S::F {
     let brought = Brought::new(&list.columns);
-    let [xs, ys, zs] = &list.axes;
+    let axes = [&list.axes[0][..], &list.axes[1][..], &list.axes[2][..]];
     let mut held = [s.splat(0.0); C];
-    for i in 0..list.len {
-        let (dx, dy) = (s.sub(node[0], s.splat(xs[i])), s.sub(node[1], s.splat(ys[i])));
-        let dz = z - zs[i];
-        let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-        field.add(s, &mut held, [dx, dy, s.splat(dz)], s.add(flat, s.splat(dz * dz)), &brought, i);
-    }
+    add_run(s, field, &mut held, axes, 0..list.len, (node, z), &brought);
     field.value(s, &held)
 }
 

@@ -122,7 +122,7 @@ fn spread<S: Simd, F: Summed<C>, const C: usize>(
         }
     }
     let brought = Brought::new(&handlers.columns);
-    let [xs, ys, zs] = &handlers.axes;
+    let axes = [&handlers.axes[0][..], &handlers.axes[1][..], &handlers.axes[2][..]];
     let mut lanes = [[0.0; LANES]; 2];
     for lane in 0..LANES {
         lanes[0][lane] = grid.at(lane & 3);
@@ -160,18 +160,57 @@ fn spread<S: Simd, F: Summed<C>, const C: usize>(
                 for c in 0..C {
                     held[c] = s.load(&tile[c * LANES..]);
                 }
-                for i in run.clone() {
-                    let (dx, dy) = (s.sub(node_x, s.splat(xs[i])), s.sub(node_y, s.splat(ys[i])));
-                    let dz = at_z - zs[i];
-                    let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
-                    field.add(s, &mut held, [dx, dy, s.splat(dz)], s.add(flat, s.splat(dz * dz)), &brought, i);
-                }
+                add_run(s, field, &mut held, axes, run.clone(), ([node_x, node_y], at_z), &brought);
                 for c in 0..C {
                     s.store(held[c], &mut tile[c * LANES..]);
                 }
             }
         }
     }
+}
+
+/// Adds a run of particles to the sums of 16 nodes of a plane, as road A does it: where registers suffice, distances are computed two
+/// particles ahead and kernels one.
+#[inline(always)]
+pub fn add_run<S: Simd, F: Summed<C>, const C: usize>(
+    s: S,
+    field: &F,
+    held: &mut [S::F; C],
+    axes: [&[f32]; 3],
+    run: std::ops::Range<usize>,
+    node: ([S::F; 2], f32),
+    brought: &Brought<'_>,
+) {
+    if run.is_empty() {
+        return;
+    }
+    if S::IS_WIDE {
+        for i in run {
+            let (d, dist_sq) = away(s, axes, i, node);
+            field.add(s, held, d, field.kernels(s, dist_sq, brought, i), brought, i);
+        }
+        return;
+    }
+    let last = run.end - 1;
+    let (mut d, dist_sq) = away(s, axes, run.start, node);
+    let mut kernels = field.kernels(s, dist_sq, brought, run.start);
+    let (mut next_d, mut next_sq) = away(s, axes, (run.start + 1).min(last), node);
+    for i in run {
+        let next_kernels = field.kernels(s, next_sq, brought, (i + 1).min(last));
+        let (then_d, then_sq) = away(s, axes, (i + 2).min(last), node);
+        field.add(s, held, d, kernels, brought, i);
+        (d, kernels) = (next_d, next_kernels);
+        (next_d, next_sq) = (then_d, then_sq);
+    }
+}
+
+/// From a particle to 16 nodes of a plane, and the square of that.
+#[inline(always)]
+fn away<S: Simd>(s: S, axes: [&[f32]; 3], i: usize, (node, z): ([S::F; 2], f32)) -> ([S::F; 3], S::F) {
+    let (dx, dy) = (s.sub(node[0], s.splat(axes[0][i])), s.sub(node[1], s.splat(axes[1][i])));
+    let dz = z - axes[2][i];
+    let flat = s.add(s.mul(dx, dx), s.mul(dy, dy));
+    ([dx, dy, s.splat(dz)], s.add(flat, s.splat(dz * dz)))
 }
 
 /// Makes values of a block's sums.

@@ -18,7 +18,7 @@
 
 use super::{
     around::{Around, around},
-    centre::{Brings, Centre},
+    centre::{Brings, Centre, kernels},
 };
 use crate::{
     lookup::cells::Cells,
@@ -116,7 +116,7 @@ impl Around for Depths {
 
     #[inline(always)]
     fn add<S: Simd>(&self, s: S, sums: &mut Centre<S::F>, d: [S::F; 3], dist_sq: S::F, _mass: S::F, _own: usize) {
-        sums.add(s, d, dist_sq, Brings::default());
+        sums.add(s, d, kernels(s, dist_sq, Brings::default()), Brings::default());
     }
 
     #[inline(always)]

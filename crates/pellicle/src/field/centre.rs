@@ -46,7 +46,7 @@ impl Brings {
 
 /// t² and t³, times the mass.
 #[inline(always)]
-fn kernel<S: Simd>(s: S, dist_sq: S::F, brings: Brings) -> [S::F; 2] {
+pub(crate) fn kernels<S: Simd>(s: S, dist_sq: S::F, brings: Brings) -> [S::F; 2] {
     let t = s.max(s.sub(s.splat(1.0), dist_sq), s.splat(0.0));
     let mut slope = s.mul(t, t);
     if let Some(mass) = brings.mass {
@@ -58,7 +58,7 @@ fn kernel<S: Simd>(s: S, dist_sq: S::F, brings: Brings) -> [S::F; 2] {
 /// The weight k of a particle.
 #[inline(always)]
 pub(crate) fn weight<S: Simd>(s: S, dist_sq: S::F, brings: Brings) -> S::F {
-    kernel(s, dist_sq, brings)[1]
+    kernels(s, dist_sq, brings)[1]
 }
 
 impl<F: Copy> Centre<F> {
@@ -68,14 +68,9 @@ impl<F: Copy> Centre<F> {
         Self { weight: zero, moment: [zero; 3], radius: zero }
     }
 
+    /// Adds a particle of these [`kernels`].
     #[inline(always)]
-    pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], dist_sq: F, brings: Brings) {
-        let [_, k] = kernel(s, dist_sq, brings);
-        self.add_weighted(s, d, k, brings);
-    }
-
-    #[inline(always)]
-    fn add_weighted<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], k: F, brings: Brings) {
+    pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], [_, k]: [F; 2], brings: Brings) {
         self.weight = s.add(self.weight, k);
         for a in 0..3 {
             self.moment[a] = s.add(self.moment[a], s.mul(k, d[a]));
@@ -190,11 +185,10 @@ impl<F: Copy> Spread<F> {
         }
     }
 
-    /// Adds a particle, all but what the derivative of r̄ needs.
+    /// Adds a particle of these [`kernels`], all but what the derivative of r̄ needs.
     #[inline(always)]
-    pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], dist_sq: F, brings: Brings) {
-        let [slope, k] = kernel(s, dist_sq, brings);
-        self.centre.add_weighted(s, d, k, brings);
+    pub(crate) fn add<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], [slope, k]: [F; 2], brings: Brings) {
+        self.centre.add(s, d, [slope, k], brings);
         let steep = [s.mul(slope, d[0]), s.mul(slope, d[1]), s.mul(slope, d[2])];
         for a in 0..3 {
             self.first[a] = s.add(self.first[a], steep[a]);
@@ -211,9 +205,10 @@ impl<F: Copy> Spread<F> {
     /// Adds a particle, and what the derivative of r̄ needs.
     #[inline(always)]
     pub(crate) fn add_all<S: Simd<F = F>>(&mut self, s: S, d: [F; 3], dist_sq: F, brings: Brings) {
-        self.add(s, d, dist_sq, brings);
+        let [slope, k] = kernels(s, dist_sq, brings);
+        self.add(s, d, [slope, k], brings);
         if let Some(radius) = brings.radius {
-            let steep = s.mul(kernel(s, dist_sq, brings)[0], s.splat(radius));
+            let steep = s.mul(slope, s.splat(radius));
             for a in 0..3 {
                 self.radii[a] = s.add(self.radii[a], s.mul(steep, d[a]));
             }

@@ -93,6 +93,19 @@ pub(crate) trait Field: Send + Sync {
     /// Adds one particle to the sums of 16 nodes. `d` is node minus particle, `dist_sq` its square as `(x² + y²) + z²`.
     fn add<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>);
 
+    /// What [`add_kernels`](Self::add_kernels) takes of one particle, so that it can be computed ahead: the adding then waits for nothing.
+    /// Of most fields the square of the distance, twice.
+    #[inline(always)]
+    fn kernels<S: Simd>(&self, _s: S, dist_sq: S::F, _row: Row<'_>) -> [S::F; 2] {
+        [dist_sq; 2]
+    }
+
+    /// [`add`](Self::add), in a second step.
+    #[inline(always)]
+    fn add_kernels<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], kernels: [S::F; 2], row: Row<'_>) {
+        self.add(s, sums, d, kernels[0], row);
+    }
+
     /// At which of 16 nodes the particles lie so dense that samples are to be trusted; of fields that don't tell it is left to the
     /// [crowd](Bounds::crowd).
     #[inline(always)]

@@ -185,7 +185,8 @@ fn the_jacobian_is_that_of_the_centre() {
     let mut spread = super::centre::Spread::zero(Portable);
     for p in &particles {
         let d: [[f32; LANES]; 3] = std::array::from_fn(|a| [(at[a] - p[a]) as f32; LANES]);
-        spread.add(Portable, d, [distance_sq(at, *p) as f32; LANES], super::centre::Brings::default());
+        let (brings, dist_sq) = (super::centre::Brings::default(), [distance_sq(at, *p) as f32; LANES]);
+        spread.add(Portable, d, super::centre::kernels(Portable, dist_sq, brings), brings);
     }
     let inverse = spread.centre.inverse_weight(Portable);
     let (off, _) = spread.centre.offset(Portable, inverse);

@@ -2,9 +2,9 @@
 //!
 //! Source: this project; see `simd`.
 
-use super::{Scratch, brick_box, brick_origin, corner, node_offset, points::distance};
+use super::{Scratch, brick_box, brick_origin, corner, node_offset, simd::sum_all};
 use crate::{
-    field::{Field, Row},
+    field::Field,
     lattice::{BRICK, Coord},
     lookup::{cells::Cells, gather::Box3},
     math::simd::{Kernel, LANES, Simd},
@@ -61,12 +61,7 @@ impl<F: Field> Kernel for Above<'_, F> {
             }
             nearer.refine(s, near, F::COLUMNS, F::REACH, place);
             let at = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
-            let columns = nearer.columns(F::COLUMNS);
-            let mut sums = field.zero(s);
-            for particle in 0..nearer.len() {
-                let (d, dist_sq) = distance(s, at, nearer.axes(), particle);
-                field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
-            }
+            let sums = sum_all(s, field, nearer, at);
             let dense = field.is_dense(s, &sums);
             let above = s.gt(field.value(s, sums), s.splat(of.threshold));
             of.above[i / 4] |= u64::from(above & dense) << (LANES * (i % 4));

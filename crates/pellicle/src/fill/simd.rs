@@ -14,8 +14,6 @@
 //! never shows. Source: the projection of a particle's distance to a line of nodes is Rosenberg & Birdwell 2008,
 //! section 5, with the vector's lanes as further dimensions.
 
-use std::ops::Range;
-
 use super::{
     Scratch, Values, brick_box, brick_origin, corner, eighths, node_offset, octet_box, plane_box, points::distance,
 };
@@ -93,10 +91,10 @@ impl<F: Field> Kernel for Fill<'_, F> {
             } else if step >= 0.2 {
                 for plane in 0..4 {
                     in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
-                    fill_planes::<S, F, 1>(s, field, in_plane, first, plane..plane + 1, step, values, &mut dense);
+                    dense |= fill_plane(s, field, in_plane, first, plane, step, values);
                 }
             } else {
-                fill_planes::<S, F, 4>(s, field, nearer, first, 0..4, step, values, &mut dense);
+                dense = fill_planes(s, field, nearer, first, step, values);
             }
             let filled = eighths::nodes(wanted);
             for (above, &threshold) in above.iter_mut().zip(thresholds) {
@@ -114,47 +112,67 @@ impl<F: Field> Kernel for Fill<'_, F> {
     }
 }
 
-/// Values of some planes of the brick whose first node is `first`, `N` planes at a time, and whether they are [dense](Field::is_dense).
+/// Coordinates of a plane's nodes along x and y, of the brick whose first node is `first`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
-fn fill_planes<S: Simd, F: Field, const N: usize>(
-    s: S,
-    field: &F,
-    near: &Candidates,
-    first: [i32; 3],
-    planes: Range<usize>,
-    step: f64,
-    values: &mut Values,
-    dense: &mut u64,
-) {
+fn in_plane<S: Simd>(s: S, first: [i32; 3], step: f64) -> [S::F; 2] {
     let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         x[lane] = node_offset(first[0] + (lane & 3) as i32, step);
         y[lane] = node_offset(first[1] + (lane >> 2) as i32, step);
     }
-    let (x, y) = (s.load(&x), s.load(&y));
+    [s.load(&x), s.load(&y)]
+}
+
+/// Values of the brick whose first node is `first`, four planes side by side. Gives the nodes that are [dense](Field::is_dense).
+#[inline(always)]
+fn fill_planes<S: Simd, F: Field>(
+    s: S,
+    field: &F,
+    near: &Candidates,
+    first: [i32; 3],
+    step: f64,
+    values: &mut Values,
+) -> u64 {
+    let [x, y] = in_plane(s, first, step);
     let [px, py, pz] = near.axes();
     let columns = near.columns(F::COLUMNS);
-    for plane in planes.step_by(N) {
-        let mut z = [0.0; N];
-        for k in 0..N {
-            z[k] = node_offset(first[2] + (plane + k) as i32, step);
-        }
-        let mut sums = [field.zero(s); N];
-        for particle in 0..near.len() {
-            let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));
-            let in_plane = s.add(s.mul(dx, dx), s.mul(dy, dy));
-            let row = Row { columns: &columns, particle };
-            for k in 0..N {
-                let dz = z[k] - pz[particle];
-                field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
-            }
-        }
-        for k in 0..N {
-            s.store(field.value(s, sums[k]), &mut values[LANES * (plane + k)..]);
-            *dense |= u64::from(field.is_dense(s, &sums[k])) << (LANES * (plane + k));
+    let mut z = [0.0; 4];
+    for k in 0..4 {
+        z[k] = node_offset(first[2] + k as i32, step);
+    }
+    let mut sums = [field.zero(s); 4];
+    for particle in 0..near.len() {
+        let (dx, dy) = (s.sub(x, s.splat(px[particle])), s.sub(y, s.splat(py[particle])));
+        let in_plane = s.add(s.mul(dx, dx), s.mul(dy, dy));
+        let row = Row { columns: &columns, particle };
+        for k in 0..4 {
+            let dz = z[k] - pz[particle];
+            field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
         }
     }
+    let mut dense = 0;
+    for k in 0..4 {
+        s.store(field.value(s, sums[k]), &mut values[LANES * k..]);
+        dense |= u64::from(field.is_dense(s, &sums[k])) << (LANES * k);
+    }
+    dense
+}
+
+/// [`fill_planes`] of one plane.
+#[inline(always)]
+fn fill_plane<S: Simd, F: Field>(
+    s: S,
+    field: &F,
+    near: &Candidates,
+    first: [i32; 3],
+    plane: usize,
+    step: f64,
+    values: &mut Values,
+) -> u64 {
+    let [x, y] = in_plane(s, first, step);
+    let sums = sum_all(s, field, near, [x, y, s.splat(node_offset(first[2] + plane as i32, step))]);
+    s.store(field.value(s, sums), &mut values[LANES * plane..]);
+    u64::from(field.is_dense(s, &sums)) << (LANES * plane)
 }
 
 /// Values of some eighths of a brick, one or two at a time.
@@ -216,7 +234,7 @@ fn fill_eighths<S: Simd, F: Field>(
 
 /// The sums of all candidates at 16 points.
 #[inline(always)]
-fn sum_all<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, at: [S::F; 3]) -> F::Sums<S> {
+pub(super) fn sum_all<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, at: [S::F; 3]) -> F::Sums<S> {
     let columns = near.columns(F::COLUMNS);
     let mut sums = field.zero(s);
     if S::IS_WIDE {
@@ -227,15 +245,21 @@ fn sum_all<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, at: [S::F; 3])
         }
         return sums;
     }
-    // One ahead: what a particle adds waits for a long chain of operations otherwise.
-    let (mut next_d, mut next_sq) = (at, at[0]);
-    if near.len() > 0 {
-        (next_d, next_sq) = distance(s, at, near.axes(), 0);
+    // Distances two ahead, kernels one: else what a particle adds waits for a chain of operations longer than the machine looks ahead.
+    let n = near.len();
+    if n == 0 {
+        return sums;
     }
-    for particle in 0..near.len() {
-        let (d, dist_sq) = (next_d, next_sq);
-        (next_d, next_sq) = distance(s, at, near.axes(), (particle + 1).min(near.len() - 1));
-        field.add(s, &mut sums, d, dist_sq, Row { columns: &columns, particle });
+    let (mut d, dist_sq) = distance(s, at, near.axes(), 0);
+    let mut kernels = field.kernels(s, dist_sq, Row { columns: &columns, particle: 0 });
+    let (mut next_d, mut next_sq) = distance(s, at, near.axes(), 1.min(n - 1));
+    for particle in 0..n {
+        let next = Row { columns: &columns, particle: (particle + 1).min(n - 1) };
+        let next_kernels = field.kernels(s, next_sq, next);
+        let (then_d, then_sq) = distance(s, at, near.axes(), (particle + 2).min(n - 1));
+        field.add_kernels(s, &mut sums, d, kernels, Row { columns: &columns, particle });
+        (d, kernels) = (next_d, next_kernels);
+        (next_d, next_sq) = (then_d, then_sq);
     }
     sums
 }
