@@ -219,16 +219,16 @@ fn eighths_outside<S: Simd, F: Field>(
     let ([xs, ys, zs], columns) = near.padded(F::COLUMNS);
     let zero = s.splat(0.0);
     let (first, last) = (eighths::place(brick, 0, step), eighths::place(brick, 7, step));
-    // Along each axis the eighths below and those above; `ahead` of an eighth is how far its middle lies along u.
+    // Along each axis the eighths below and those above.
     let (mut middle, mut half, mut behind) = ([[0.0; 2]; 3], [0.0; 3], SLACK);
     for a in 0..3 {
         middle[a] = [0.5 * (first.low[a] + first.high[a]), 0.5 * (last.low[a] + last.high[a])];
         half[a] = 0.5 * f32::max(first.high[a] - first.low[a], last.high[a] - last.low[a]);
         behind += half[a] * u[a].abs();
     }
-    let mut list = [0; 8];
-    let mut count = 0;
+    // What is taken from how far a particle lies along u, by eighth: to its middle, and from there to its farthest corner.
     let mut offset = [0.0; 8];
+    let (mut list, mut count) = ([0; 8], 0);
     for eighth in ones(wanted.into()) {
         list[count] = eighth;
         count += 1;
