@@ -212,7 +212,7 @@ impl Field for Anisotropic {
     }
 
     #[inline(always)]
-    fn add<S: Simd>(&self, s: S, sums: &mut S::F, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+    fn add_kernels<S: Simd>(&self, s: S, sums: &mut S::F, d: [S::F; 3], [dist_sq, _]: [S::F; 2], row: Row<'_>) {
         *sums = s.add(*sums, self.weight(s, d, dist_sq, row));
     }
 

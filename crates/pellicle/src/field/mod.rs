@@ -90,9 +90,6 @@ pub(crate) trait Field: Send + Sync {
     /// Sums of no particle.
     fn zero<S: Simd>(&self, s: S) -> Self::Sums<S>;
 
-    /// Adds one particle to the sums of 16 nodes. `d` is node minus particle, `dist_sq` its square as `(x² + y²) + z²`.
-    fn add<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>);
-
     /// What [`add_kernels`](Self::add_kernels) takes of one particle, so that it can be computed ahead: the adding then waits for nothing.
     /// Of most fields the square of the distance, twice.
     #[inline(always)]
@@ -100,10 +97,13 @@ pub(crate) trait Field: Send + Sync {
         [dist_sq; 2]
     }
 
-    /// [`add`](Self::add), in a second step.
+    /// Adds one particle of these [`kernels`](Self::kernels) to the sums of 16 nodes. `d` is node minus particle.
+    fn add_kernels<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], kernels: [S::F; 2], row: Row<'_>);
+
+    /// Both in one step; `dist_sq` is the square of `d` as `(x² + y²) + z²`.
     #[inline(always)]
-    fn add_kernels<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], kernels: [S::F; 2], row: Row<'_>) {
-        self.add(s, sums, d, kernels[0], row);
+    fn add<S: Simd>(&self, s: S, sums: &mut Self::Sums<S>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+        self.add_kernels(s, sums, d, self.kernels(s, dist_sq, row), row);
     }
 
     /// At which of 16 nodes the particles lie so dense that samples are to be trusted; of fields that don't tell it is left to the

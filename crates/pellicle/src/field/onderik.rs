@@ -92,11 +92,6 @@ impl<const RADII: bool> Field for Onderik<RADII> {
     }
 
     #[inline(always)]
-    fn add<S: Simd>(&self, s: S, sums: &mut Centre<S::F>, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
-        self.add_kernels(s, sums, d, self.kernels(s, dist_sq, row), row);
-    }
-
-    #[inline(always)]
     fn kernels<S: Simd>(&self, s: S, dist_sq: S::F, row: Row<'_>) -> [S::F; 2] {
         centre::kernels(s, dist_sq, Self::brings(row))
     }

@@ -32,7 +32,7 @@ impl Field for Sph {
     }
 
     #[inline(always)]
-    fn add<S: Simd>(&self, s: S, sums: &mut S::F, _d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+    fn add_kernels<S: Simd>(&self, s: S, sums: &mut S::F, _d: [S::F; 3], [dist_sq, _]: [S::F; 2], row: Row<'_>) {
         *sums = s.add(*sums, s.mul(s.splat(row.get(0)), kernel::half_spline(s, dist_sq)));
     }
 
@@ -115,7 +115,7 @@ impl Field for SphOfRadii {
     }
 
     #[inline(always)]
-    fn add<S: Simd>(&self, s: S, sums: &mut S::F, d: [S::F; 3], dist_sq: S::F, row: Row<'_>) {
+    fn add_kernels<S: Simd>(&self, s: S, sums: &mut S::F, d: [S::F; 3], [dist_sq, _]: [S::F; 2], row: Row<'_>) {
         *sums = s.add(*sums, self.weight(s, d, dist_sq, row));
     }
 
