@@ -26,11 +26,11 @@ use super::{
     close::find_disagreeing,
     halves::{self, SIDES, Sampler},
     marks::{Marks, Nodes},
-    store::{Octet, Source, Store},
+    store::{Octet, Round, Source, Store},
 };
 use crate::{
     Error, Stage,
-    fill::{Values, eighths, simd::Sampling},
+    fill::{eighths, simd::Sampling},
     lattice::{BRICK, CHUNK, Coord, OCTET, cover, plus},
     lookup::{cells::Cells, directory::Cursor, gather::REACH},
     math::bits::{corner_sets, node_bit, ones},
@@ -101,7 +101,7 @@ impl Band {
         mut budget: Budget,
     ) -> Result<(), Error> {
         self.fine.clear();
-        self.fine.whole = grain == Grain::Bricks;
+        self.fine.whole = grain == Grain::Bricks || !source.field.fills_eighths(step);
         self.coarse.clear();
         self.marks.clear();
         let bounds = source.field.bounds();
@@ -120,23 +120,33 @@ impl Band {
                 let width = 3.0 * coarse_step;
                 let reached = width.powi(3) + 6.0 * width.powi(2) + 3.0 * PI * width + 4.0 / 3.0 * PI;
                 let crowd = (f64::from(bounds.crowd) * reached) as usize;
-                self.coarse.fill(sampler, coarse_step, &thresholds, Some(Sampling { crowd }), false, &mut self.done);
+                let round = Round {
+                    step: coarse_step,
+                    thresholds: &thresholds,
+                    sampling: Some(Sampling { crowd }),
+                    proves: false,
+                    keep_values: false,
+                };
+                self.coarse.fill(sampler, round, &mut self.done);
                 source.control.check()?;
                 budget.taken += Store::<COARSE_SETS>::bytes(self.coarse.octet_count(), self.coarse.len());
                 let sampler = Sampler { source: sampler, step: coarse_step, inside_above: bounds.inside_above };
                 // A half of a cell is whole eighths, and eighths are what is filled.
-                let halves = multiple > 2 && grain == Grain::Eighths && source.field.fills_eighths();
+                let halves = multiple > 2 && grain == Grain::Eighths && source.field.fills_eighths(step);
                 self.want_unsure(multiple, halves.then_some(sampler), budget)?;
             }
             _ => want_reached(&mut self.fine, source.cells, step, budget)?,
         }
-        if matches!(look, Look::Band) && source.field.proves() {
+        let mut proves = matches!(look, Look::Band) && source.field.proves();
+        if proves && !budget.check(&self.fine).is_ok_and(|fits| fits) {
+            // What is wanted would not fit: how much of that is filled must be known before.
             self.fine.drop_proven(source, step);
             source.control.check()?;
+            proves = false;
         }
         source.control.begin(Stage::Fill)?;
         self.has_values = true;
-        self.fill_waiting(source, step, multiple, budget)
+        self.fill_waiting(source, step, multiple, proves, budget)
     }
 
     /// Fills bricks, given by their coordinates, beyond those found, and closes again.
@@ -155,17 +165,27 @@ impl Band {
             let own = eighths::of_bricks(brick_bit(brick));
             self.fine.want(at, own, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
         }
-        self.fill_waiting(source, step, multiple, budget)
+        self.fill_waiting(source, step, multiple, false, budget)
     }
 
-    /// Fills what is wanted and closes it, until nothing is.
-    fn fill_waiting(&mut self, source: &Source<'_>, step: f64, multiple: i32, budget: Budget) -> Result<(), Error> {
+    /// Fills what is wanted, at first with `proves` but for what is proven to be outside, and closes it, until nothing is wanted.
+    fn fill_waiting(
+        &mut self,
+        source: &Source<'_>,
+        step: f64,
+        multiple: i32,
+        mut proves: bool,
+        budget: Budget,
+    ) -> Result<(), Error> {
+        let thresholds = [source.field.iso()];
         while self.fine.waiting() {
             self.has_values &= budget.check(&self.fine)?;
             if !self.has_values {
                 self.fine.drop_values();
             }
-            self.fine.fill(source, step, &[source.field.iso()], None, self.has_values, &mut self.done);
+            let round = Round { step, thresholds: &thresholds, sampling: None, proves, keep_values: self.has_values };
+            self.fine.fill(source, round, &mut self.done);
+            proves = false;
             source.control.check()?;
             // Where only what is marked takes part, nothing is followed beyond it.
             if self.marks.is_empty() {
@@ -248,7 +268,7 @@ impl Budget {
         let signs = Store::<SETS>::bytes(store.octet_count(), bricks);
         self.fits(signs)?;
         // A quarter more for the bricks that closing adds.
-        let values = bricks as u64 * size_of::<Values>() as u64;
+        let values = store.value_bytes();
         Ok(self.taken + signs + values + values / 4 <= self.bytes)
     }
 

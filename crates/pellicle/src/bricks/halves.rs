@@ -5,7 +5,7 @@
 //!
 //! Source: this project.
 
-use super::store::{SCRATCH, Source};
+use super::store::{AT_WORK, AtWork, Source};
 use crate::{
     fill::{above::Points, brick_origin, eighths},
     lattice::Coord,
@@ -62,7 +62,7 @@ pub(super) fn find(sampler: &Sampler<'_>, octet: Coord, brick: usize, unsure: u6
         }
     }
     let mut above = [0; 5];
-    SCRATCH.with_borrow_mut(|(scratch, _)| {
+    AT_WORK.with_borrow_mut(|AtWork { scratch, .. }| {
         let Source { unit, field, cells, columns, .. } = *sampler.source;
         let Sampler { step, inside_above: threshold, .. } = *sampler;
         field.above(

@@ -9,5 +9,5 @@ mod halves;
 pub(crate) mod levels;
 pub(crate) mod lists;
 pub(crate) mod marks;
-mod rounds;
 pub(crate) mod store;
+mod values;

@@ -5,34 +5,34 @@
 //! known       octet ──► which of its 64 eighths have values
 //! filled      octet ──► which of its 8 bricks have one that has
 //! inside      octet ──► which of its other eighths are taken to be inside
-//! slots       octet ──► where its bricks' signs and values are
+//! slots       octet ──► where its bricks' signs are, and what tells where their values are
 //! sets        slot ──► the nodes above each threshold, one bit each
-//! values      slot ──► 64 values
+//! places      slot ──► where in values the brick's begin: 8 for each of its known eighths
 //! ```
 //!
 //! [`eighths`] are filled in rounds: [`Store::want`] collects, [`Store::fill`] fills what was collected, in parallel, whole bricks
 //! of most fields. Which are wanted when has no influence on any value. In a brick's set the nodes of eighths that were not
-//! filled have the sign that they are taken to have; their values mean nothing.
+//! filled have the sign that they are taken to have.
 
 use std::cell::RefCell;
 
 use rayon::prelude::*;
 
-use super::rounds::Rounds;
+use super::values::{self, Chunk, Place, Values};
 use crate::{
     fill::{
-        Scratch, Values,
+        Scratch,
         any::AnyField,
-        eighths,
+        eighths::{self, Eight, Known},
         prove::ProveOctet,
-        simd::{FillOctet, Sampling},
+        simd::{FillOctet, Filled, Sampling},
     },
     lattice::Coord,
     lookup::{
         cells::Cells,
         directory::{Cursor, Directory},
     },
-    math::{bits::ones, memory::filled, ranges::for_each_part, simd::Unit},
+    math::{bits::ones, memory::filled, simd::Unit},
     progress::Control,
 };
 
@@ -74,20 +74,55 @@ pub(crate) struct Store<const SETS: usize> {
     /// For [`want`](Self::want): requests come in runs of near ones.
     cursor: Cursor,
     sets: Vec<[u64; SETS]>,
-    values: Rounds,
-    slots: usize,
-    /// Whether whole bricks are filled, whatever the field: for those who need all values.
+    places: Vec<Place>,
+    values: Values,
+    /// Eighths that were filled.
+    known: usize,
+    /// Whether whole bricks are filled, as some fields do anyway: also for those who need all values.
     pub(crate) whole: bool,
     queue: Vec<u32>,
-    /// First slot of each octet of the queue, and the end.
-    queue_slots: Vec<u32>,
-    /// Bricks of the round that had a slot before: that one, and the new one.
-    moved: Vec<[u32; 2]>,
+    /// What each group of the queue got.
+    fresh: Vec<Fresh<SETS>>,
+}
+
+/// What to fill with, and what to keep.
+#[derive(Clone, Copy)]
+pub(crate) struct Round<'a, const SETS: usize> {
+    /// Distance of neighbouring nodes in support units.
+    pub(crate) step: f64,
+    pub(crate) thresholds: &'a [f32; SETS],
+    pub(crate) sampling: Option<Sampling>,
+    pub(crate) proves: bool,
+    pub(crate) keep_values: bool,
+}
+
+/// Octets that one task fills.
+const GROUP: usize = 8;
+
+/// What a group of octets got in one round.
+#[derive(Default)]
+struct Fresh<const SETS: usize> {
+    octets: Vec<Filled>,
+    /// For each brick with an eighth that was filled.
+    bricks: Vec<FreshBrick<SETS>>,
+}
+
+/// What a brick got.
+#[derive(Clone, Copy)]
+struct FreshBrick<const SETS: usize> {
+    sets: [u64; SETS],
+    place: Place,
+}
+
+/// What a task works with; kept between octets and frames.
+pub(super) struct AtWork {
+    pub(super) scratch: Scratch,
+    values: [Eight; 64],
 }
 
 thread_local! {
-    /// Candidates of the octet at work; kept between octets and frames.
-    pub(super) static SCRATCH: RefCell<(Scratch, [Values; 8])> = RefCell::new((Scratch::default(), [[0.0; 64]; 8]));
+    pub(super) static AT_WORK: RefCell<AtWork> =
+        RefCell::new(AtWork { scratch: Scratch::default(), values: [[0.0; 8]; 64] });
 }
 
 impl<const SETS: usize> Store<SETS> {
@@ -97,18 +132,15 @@ impl<const SETS: usize> Store<SETS> {
         self.directory.clear();
         self.cursor = Cursor::default();
         self.queue.clear();
+        self.sets.clear();
+        self.places.clear();
         self.values.clear();
-        self.slots = 0;
+        self.known = 0;
     }
 
     /// Number of bricks with something filled.
-    pub(crate) fn filled_bricks(&self) -> usize {
-        self.octets.iter().map(|octet| octet.filled.count_ones() as usize).sum()
-    }
-
-    /// Number of slots: filled bricks, those that were filled piece by piece counted again for each.
     pub(crate) fn len(&self) -> usize {
-        self.slots
+        self.sets.len()
     }
 
     /// The octet at these coordinates.
@@ -123,10 +155,12 @@ impl<const SETS: usize> Store<SETS> {
         (octet.filled >> brick & 1 != 0).then(|| self.sets[octet.slots[brick] as usize][set])
     }
 
-    /// Values of a filled brick.
+    /// Values of a filled brick, if they were kept.
     #[inline(always)]
-    pub(crate) fn values(&self, octet: &Octet, brick: usize) -> &Values {
-        self.values.get(octet.slots[brick] as usize)
+    pub(crate) fn values(&self, octet: &Octet, brick: usize) -> Known<'_> {
+        let eighths = eighths::of_brick(octet.known, brick);
+        let place = self.places[octet.slots[brick] as usize];
+        Known { eighths, values: self.values.get(place, eighths.count_ones() as usize) }
     }
 
     /// Asks for eighths of an octet; those already filled stay. `inside` tells, for an octet not seen before, which of
@@ -151,7 +185,11 @@ impl<const SETS: usize> Store<SETS> {
     /// Gives every wanted brick its place, and nothing in it.
     #[cfg(test)]
     pub(crate) fn fill_nothing(&mut self) {
-        self.assign_slots(true, &mut Vec::new());
+        for id in std::mem::take(&mut self.queue) {
+            let bricks = eighths::bricks_with(self.octets[id as usize].wanted);
+            let mut fresh = ones(bricks.into()).map(|_| FreshBrick { sets: [0; SETS], place: Place::default() });
+            self.take(id, Filled { eighths: eighths::of_bricks(bricks), outside: 0 }, &mut fresh);
+        }
     }
 
     /// Bytes held by so many bricks in so many octets, values left out: octet, directory, crossings, order, signs.
@@ -164,9 +202,24 @@ impl<const SETS: usize> Store<SETS> {
         self.octets.len()
     }
 
+    /// Bytes of the values of all eighths that are known, and wanted, if those are filled.
+    pub(crate) fn value_bytes(&self) -> u64 {
+        ((self.known + self.waiting_eighths()) * size_of::<Eight>()) as u64
+    }
+
+    fn waiting_eighths(&self) -> usize {
+        self.queue.iter().map(|&id| self.filled_for(self.octets[id as usize].wanted)).sum()
+    }
+
+    /// How many eighths are filled where these of an octet are wanted.
+    fn filled_for(&self, wanted: u64) -> usize {
+        let eighths = if self.whole { eighths::of_bricks(eighths::bricks_with(wanted)) } else { wanted };
+        eighths.count_ones() as usize
+    }
+
     /// Gives the values' memory back.
     pub(crate) fn drop_values(&mut self) {
-        self.values = Rounds::default();
+        self.values = Values::default();
     }
 
     /// Whether bricks wait for the next round.
@@ -188,7 +241,7 @@ impl<const SETS: usize> Store<SETS> {
                 return 0;
             }
             let octet = &octets[id as usize];
-            SCRATCH.with_borrow_mut(|(scratch, _)| {
+            AT_WORK.with_borrow_mut(|AtWork { scratch, .. }| {
                 let (cells, columns) = (source.cells, source.columns);
                 let of = ProveOctet { cells, columns, step, octet: octet.at, eighths: octet.wanted, scratch };
                 source.field.prove(source.unit, of)
@@ -205,102 +258,154 @@ impl<const SETS: usize> Store<SETS> {
         });
     }
 
-    /// Fills all wanted eighths and returns the octets that have new ones, each with those. For every threshold a set of
-    /// the nodes above is kept; values only when `keep_values`.
-    pub(crate) fn fill(
-        &mut self,
-        source: &Source<'_>,
-        step: f64,
-        thresholds: &[f32; SETS],
-        sampling: Option<Sampling>,
-        keep_values: bool,
-        done: &mut Vec<(u32, u64)>,
-    ) {
-        let first = self.slots;
-        self.assign_slots(self.whole || !source.field.fills_eighths(), done);
-        grow(&mut self.sets, self.slots, [0; SETS]);
-        if keep_values {
-            self.values.add(self.slots - first);
+    /// Fills all wanted eighths, but with `proves` those that are proven to be outside, by a field that proves, and tells the
+    /// octets that have new ones, each with those. For every threshold a set of the nodes above is kept; values only when `keep_values`.
+    pub(crate) fn fill(&mut self, source: &Source<'_>, round: Round<'_, SETS>, done: &mut Vec<(u32, u64)>) {
+        let groups = self.queue.len().div_ceil(GROUP);
+        let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths()));
+        let mut fresh = std::mem::take(&mut self.fresh);
+        fresh.resize_with(groups.max(fresh.len()), Fresh::default);
+        self.queue
+            .par_chunks(GROUP)
+            .zip(&mut fresh)
+            .for_each(|(queue, fresh)| self.fill_group(source, &round, queue, fresh, adding.as_ref()));
+        if let Some(adding) = adding {
+            self.values.end(adding);
         }
-        self.begin_partial(done, keep_values);
-        let (octets, done, starts) = (&self.octets, &done[..], &self.queue_slots);
-        let sets = &mut self.sets[first..self.slots];
-        let values = keep_values.then(|| self.values.last());
-        let start = |i: usize| starts[i] as usize;
-        for_each_part(0..done.len(), (sets, values), &start, &|i,
-                                                               (above, values): (
-            &mut [[u64; SETS]],
-            Option<&mut [_]>,
-        )| {
-            if source.control.check().is_err() {
-                return;
-            }
-            SCRATCH.with_borrow_mut(|(scratch, spare)| {
-                let octet = FillOctet {
-                    cells: source.cells,
-                    columns: source.columns,
-                    step,
-                    octet: octets[done[i].0 as usize].at,
-                    eighths: done[i].1,
-                    scratch,
-                    values: values.unwrap_or(spare),
-                    thresholds,
-                    sampling,
-                    above: above.as_flattened_mut(),
-                };
-                source.field.fill(source.unit, octet);
-            });
-        });
-    }
-
-    /// Moves the queue to `done`, with a slot for every brick that has a wanted eighth; a brick that has one already gets
-    /// another. `whole` bricks are wanted where an eighth of them is.
-    fn assign_slots(&mut self, whole: bool, done: &mut Vec<(u32, u64)>) {
+        let new = fresh[..groups].iter().map(|fresh| fresh.bricks.len()).sum();
+        reserve(&mut self.sets, new);
+        reserve(&mut self.places, new);
         done.clear();
-        self.queue_slots.clear();
-        self.moved.clear();
-        for &id in &self.queue {
-            self.queue_slots.push(self.slots as u32);
-            let octet = &mut self.octets[id as usize];
-            let bricks = eighths::bricks_with(octet.wanted);
-            if whole {
-                octet.wanted = eighths::of_bricks(bricks);
-            }
-            done.push((id, octet.wanted));
-            for (brick, slot) in octet.slots.iter_mut().enumerate() {
-                if bricks >> brick & 1 != 0 {
-                    if *slot != NONE {
-                        self.moved.push([*slot, self.slots as u32]);
-                    }
-                    *slot = self.slots as u32;
-                    self.slots += 1;
+        let queue = std::mem::take(&mut self.queue);
+        for (queue, fresh) in queue.chunks(GROUP).zip(&fresh) {
+            let mut bricks = fresh.bricks.iter().copied();
+            for (&id, &filled) in queue.iter().zip(&fresh.octets) {
+                self.take(id, filled, &mut bricks);
+                if filled.eighths != 0 {
+                    done.push((id, filled.eighths));
                 }
             }
-            octet.filled |= bricks;
-            octet.known |= octet.wanted;
-            octet.wanted = 0;
         }
-        self.queue_slots.push(self.slots as u32);
+        (self.queue, self.fresh) = (queue, fresh);
         self.queue.clear();
     }
 
-    /// Writes what is known, or taken for granted, of bricks whose eighths are not all filled in this round.
-    fn begin_partial(&mut self, done: &[(u32, u64)], keep_values: bool) {
-        for &(id, fresh) in done {
-            let octet = &self.octets[id as usize];
-            for brick in ones(eighths::bricks_with(fresh).into()) {
-                if eighths::of_brick(fresh, brick) != u8::MAX {
-                    let inside = eighths::of_brick(octet.inside, brick);
-                    self.sets[octet.slots[brick] as usize] = [eighths::nodes(inside); SETS];
+    /// Fills the octets of a group.
+    fn fill_group(
+        &self,
+        source: &Source<'_>,
+        round: &Round<'_, SETS>,
+        queue: &[u32],
+        fresh: &mut Fresh<SETS>,
+        adding: Option<&values::Round>,
+    ) {
+        fresh.octets.clear();
+        fresh.bricks.clear();
+        // The eighths that its bricks may have then, those from before included.
+        let most = || {
+            let octets = queue.iter().map(|&id| &self.octets[id as usize]);
+            octets
+                .map(|octet| {
+                    self.filled_for(octet.wanted | octet.known & eighths::of_bricks(eighths::bricks_with(octet.wanted)))
+                })
+                .sum()
+        };
+        let mut chunk = adding.map(|adding| adding.open(most()));
+        for &id in queue {
+            if source.control.check().is_err() {
+                fresh.octets.push(Filled::default());
+                continue;
+            }
+            AT_WORK.with_borrow_mut(|AtWork { scratch, values }| {
+                let octet = &self.octets[id as usize];
+                let mut above = [[0; SETS]; 8];
+                let filled = source.field.fill(
+                    source.unit,
+                    FillOctet {
+                        cells: source.cells,
+                        columns: source.columns,
+                        step: round.step,
+                        octet: octet.at,
+                        eighths: octet.wanted,
+                        whole: self.whole,
+                        proves: round.proves,
+                        scratch,
+                        values,
+                        thresholds: round.thresholds,
+                        sampling: round.sampling,
+                        above: above.as_flattened_mut(),
+                    },
+                );
+                let mut values = &values[..];
+                for brick in ones(eighths::bricks_with(filled.eighths).into()) {
+                    let new = eighths::of_brick(filled.eighths, brick);
+                    let (own, rest) = values.split_at(new.count_ones() as usize);
+                    values = rest;
+                    let place = chunk.as_mut().map(|chunk| self.place(octet, brick, new, own, chunk));
+                    let sets = self.joined(octet, brick, filled, above[brick]);
+                    fresh.bricks.push(FreshBrick { sets, place: place.unwrap_or_default() });
                 }
+                fresh.octets.push(filled);
+            });
+        }
+        if let (Some(adding), Some(chunk)) = (adding, chunk) {
+            adding.close(chunk);
+        }
+    }
+
+    /// Adds the values of a brick: those of `new` eighths, and those that it had.
+    fn place(&self, octet: &Octet, brick: usize, new: u8, values: &[Eight], chunk: &mut Chunk) -> Place {
+        if octet.filled >> brick & 1 == 0 {
+            return chunk.add(values);
+        }
+        let before = self.values(octet, brick);
+        let (mut all, mut count) = ([[0.0; 8]; 8], 0);
+        let (mut old, mut new_values) = (before.values.iter(), values.iter());
+        for eighth in ones((before.eighths | new).into()) {
+            let from = if new >> eighth & 1 != 0 { new_values.next() } else { old.next() };
+            all[count] = *from.unwrap_or(&[0.0; 8]);
+            count += 1;
+        }
+        chunk.add(&all[..count])
+    }
+
+    /// The sets of a brick of which some eighths are filled just now: the others keep theirs, or have the sign that is taken for granted.
+    fn joined(&self, octet: &Octet, brick: usize, filled: Filled, above: [u64; SETS]) -> [u64; SETS] {
+        let new = eighths::nodes(eighths::of_brick(filled.eighths, brick));
+        let inside = eighths::of_brick(octet.inside & !filled.outside, brick);
+        let before = match octet.slots[brick] {
+            NONE => [eighths::nodes(inside); SETS],
+            slot => self.sets[slot as usize],
+        };
+        std::array::from_fn(|k| before[k] & !new | above[k] & new)
+    }
+
+    /// Notes what an octet got, and gives its bricks their slots.
+    fn take(&mut self, id: u32, filled: Filled, fresh: &mut impl Iterator<Item = FreshBrick<SETS>>) {
+        let octet = &mut self.octets[id as usize];
+        octet.wanted = 0;
+        octet.inside &= !filled.outside;
+        octet.known |= filled.eighths;
+        self.known += filled.eighths.count_ones() as usize;
+        let bricks = eighths::bricks_with(filled.eighths);
+        octet.filled |= bricks;
+        for (brick, FreshBrick { sets, place }) in ones(bricks.into()).zip(fresh) {
+            if octet.slots[brick] == NONE {
+                octet.slots[brick] = self.sets.len() as u32;
+                self.sets.push(sets);
+                self.places.push(place);
+            } else {
+                let slot = octet.slots[brick] as usize;
+                (self.sets[slot], self.places[slot]) = (sets, place);
             }
         }
-        for &[from, to] in &self.moved {
-            self.sets[to as usize] = self.sets[from as usize];
-            if keep_values {
-                self.values.copy(from as usize, to as usize);
-            }
-        }
+    }
+}
+
+/// Makes room for `more`; where there was some, an eighth of it to spare.
+fn reserve<T>(v: &mut Vec<T>, more: usize) {
+    if v.capacity() - v.len() < more {
+        v.reserve_exact(more + v.len() / 8);
     }
 }
 

@@ -7,7 +7,7 @@ use super::{
     above::{Above, Points},
     points::{Interpolate, Normals, OctetVertices},
     prove::{Prove, ProveOctet},
-    simd::{Fill, FillOctet},
+    simd::{self, Fill, FillOctet, Filled},
 };
 use crate::{
     Attribute,
@@ -26,8 +26,8 @@ pub(crate) trait AnyField: Send + Sync {
     /// Whether [`prove`](Self::prove) is worth a call.
     fn proves(&self) -> bool;
 
-    /// Whether [`fill`](Self::fill) fills eighths of bricks, else whole ones.
-    fn fills_eighths(&self) -> bool;
+    /// Whether [`fill`](Self::fill) fills eighths of bricks at this distance of nodes, else whole ones.
+    fn fills_eighths(&self, step: f64) -> bool;
 
     /// The eighths of an octet that are proven to be outside.
     fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64;
@@ -35,8 +35,8 @@ pub(crate) trait AnyField: Send + Sync {
     /// Tells where a field is dense and above a threshold.
     fn above(&self, _unit: Unit, _of: Points<'_>) {}
 
-    /// Fills bricks of an octet.
-    fn fill(&self, unit: Unit, octet: FillOctet<'_>);
+    /// Fills eighths of an octet.
+    fn fill(&self, unit: Unit, octet: FillOctet<'_>) -> Filled;
 
     /// Writes unit normals of an octet's vertices.
     fn normals(&self, unit: Unit, of: OctetVertices<'_>, columns: &[&[f32]], to: &mut [[f32; 3]]);
@@ -65,8 +65,8 @@ impl<F: Field> AnyField for F {
         F::PROVES
     }
 
-    fn fills_eighths(&self) -> bool {
-        F::PLANES == 1
+    fn fills_eighths(&self, step: f64) -> bool {
+        simd::fills_eighths::<F>(step)
     }
 
     fn prove(&self, unit: Unit, octet: ProveOctet<'_>) -> u64 {
@@ -77,8 +77,8 @@ impl<F: Field> AnyField for F {
         unit.run(Above { field: self, of });
     }
 
-    fn fill(&self, unit: Unit, octet: FillOctet<'_>) {
-        unit.run(Fill { field: self, octet });
+    fn fill(&self, unit: Unit, octet: FillOctet<'_>) -> Filled {
+        unit.run(Fill { field: self, octet })
     }
 
     fn normals(&self, unit: Unit, of: OctetVertices<'_>, columns: &[&[f32]], to: &mut [[f32; 3]]) {

@@ -22,12 +22,12 @@ use crate::{
 /// Values of a brick's nodes, x fastest.
 pub(crate) type Values = [f32; 64];
 
-/// Candidates of the octet, the brick and the plane at work: what one thread needs, kept between octets.
+/// Candidates of the octet, the brick and the pair of eighths at work: what one thread needs, kept between octets.
 #[derive(Default)]
 pub(crate) struct Scratch {
     octet: Candidates,
     brick: Candidates,
-    plane: Candidates,
+    pair: Candidates,
 }
 
 /// Corner of an octet in support units: the origin of its frame.
@@ -58,13 +58,4 @@ pub(crate) fn brick_origin(brick: usize) -> [i32; 3] {
 pub(crate) fn brick_box(brick: usize, step: f64) -> Box3 {
     let first = brick_origin(brick);
     Box3 { low: first.map(|n| node_offset(n, step)), high: first.map(|n| node_offset(n + BRICK - 1, step)) }
-}
-
-/// The box of one plane of a brick's nodes, in its octet's frame.
-#[inline(always)]
-pub(crate) fn plane_box(brick: usize, plane: usize, step: f64) -> Box3 {
-    let mut place = brick_box(brick, step);
-    let z = node_offset(brick_origin(brick)[2] + plane as i32, step);
-    (place.low[2], place.high[2]) = (z, z);
-    place
 }

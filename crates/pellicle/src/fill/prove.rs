@@ -18,7 +18,7 @@
 //!
 //! Source: this project; tested against the field itself.
 
-use super::{Scratch, brick_box, corner, eighths, octet_box};
+use super::{Scratch, brick_box, corner, eighths, octet_box, simd::fills_eighths};
 use crate::{
     field::Field,
     lattice::Coord,
@@ -44,8 +44,8 @@ pub(crate) struct ProveOctet<'a> {
     pub(crate) scratch: &'a mut Scratch,
 }
 
-/// [`ProveOctet`] with a field. Results in the eighths whose nodes are all outside, as far as that could be proven; of a field that
-/// sums planes, in whole bricks.
+/// [`ProveOctet`] with a field. Results in the eighths whose nodes are all outside, as far as that could be proven; where
+/// whole bricks are filled, in whole bricks.
 pub(crate) struct Prove<'a, F> {
     pub(crate) field: &'a F,
     pub(crate) octet: ProveOctet<'a>,
@@ -63,35 +63,53 @@ impl<F: Field> Kernel for Prove<'_, F> {
         let ProveOctet { cells, columns, step, .. } = octet;
         let Scratch { octet: near, brick: nearer, .. } = octet.scratch;
         near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), octet_box(step));
-        let whole = octet_box(step);
-        let all = Pull::new(s, field, near, whole);
-        if all.is_likely(whole) && is_outside(s, field, near, whole, all.along) {
+        if is_octet_outside(s, field, near, step) {
             return u64::MAX;
         }
         let mut proven = 0;
         for brick in ones(eighths::bricks_with(octet.eighths).into()) {
-            let place = brick_box(brick, step);
-            nearer.refine(s, near, F::COLUMNS, F::REACH, place);
-            let pull = Pull::new(s, field, nearer, place);
-            if pull.is_likely(place) && is_outside(s, field, nearer, place, pull.along) {
-                proven |= eighths::OF[brick];
-                continue;
-            }
+            nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
             let wanted = eighths::of_brick(octet.eighths, brick);
-            let mut likely = 0;
-            for eighth in ones(wanted.into()) {
-                likely |= u8::from(pull.is_likely(eighths::place(brick, eighth, step))) << eighth;
-            }
-            if likely == 0 || F::PLANES > 1 && likely != wanted {
-                continue;
-            }
-            let found = eighths_outside(s, field, nearer, brick, likely, step, pull.along);
-            if F::PLANES == 1 || found == wanted {
-                ones(found.into()).for_each(|eighth| proven |= eighths::bit(brick, eighth));
-            }
+            proven |= eighths::in_octet(brick_outside(s, field, nearer, brick, wanted, step), brick);
         }
         proven
     }
+}
+
+/// Whether all of an octet is outside, as far as that can be proven. `near` are all particles that reach it.
+#[inline(always)]
+pub(super) fn is_octet_outside<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, step: f64) -> bool {
+    let place = octet_box(step);
+    let pull = Pull::new(s, field, near, place);
+    pull.is_likely(place) && is_outside(s, field, near, place, pull.along)
+}
+
+/// The eighths of a brick that are outside, as far as that can be proven: all, or some of those `wanted`; where whole bricks are filled
+/// all of those, or none. `near` are all particles that reach the brick.
+#[inline(always)]
+pub(super) fn brick_outside<S: Simd, F: Field>(
+    s: S,
+    field: &F,
+    near: &Candidates,
+    brick: usize,
+    wanted: u8,
+    step: f64,
+) -> u8 {
+    let place = brick_box(brick, step);
+    let pull = Pull::new(s, field, near, place);
+    if pull.is_likely(place) && is_outside(s, field, near, place, pull.along) {
+        return u8::MAX;
+    }
+    let mut likely = 0;
+    for eighth in ones(wanted.into()) {
+        likely |= u8::from(pull.is_likely(eighths::place(brick, eighth, step))) << eighth;
+    }
+    let by_eighths = fills_eighths::<F>(step);
+    if likely == 0 || !by_eighths && likely != wanted {
+        return 0;
+    }
+    let found = eighths_outside(s, field, near, brick, likely, step, pull.along);
+    if by_eighths || found == wanted { found } else { 0 }
 }
 
 /// Where the particles near a box are in the mean, nearer ones counting more.
@@ -305,10 +323,7 @@ mod tests {
     use super::*;
     use crate::{
         field::{onderik::Onderik, solenthaler::Solenthaler, zhu_bridson::ZhuBridson},
-        fill::{
-            Values,
-            simd::{Fill, FillOctet},
-        },
+        fill::simd::{Fill, FillOctet},
         lattice::Lattice,
         math::simd::Unit,
     };
@@ -341,23 +356,33 @@ mod tests {
             let octet = [i % n, i / n % n, i / (n * n)].map(|v| first + v);
             let of = ProveOctet { cells, columns, step, octet, eighths: u64::MAX, scratch: &mut scratch };
             let proven = unit.run(Prove { field, octet: of });
-            let mut values: [Values; 8] = [[0.0; 64]; 8];
-            let mut above = [0; 8];
-            unit.run(Fill {
-                field,
-                octet: FillOctet {
+            let (mut values, mut above) = ([[0.0; 8]; 64], [0; 8]);
+            let mut fill = |proves, above: &mut [u64]| {
+                let octet = FillOctet {
                     cells,
                     columns,
                     step,
                     octet,
                     eighths: u64::MAX,
+                    whole: false,
+                    proves,
                     scratch: &mut scratch,
                     values: &mut values,
                     thresholds: &[field.iso()],
                     sampling: None,
-                    above: &mut above,
-                },
-            });
+                    above,
+                };
+                unit.run(Fill { field, octet })
+            };
+            fill(false, &mut above);
+            // Proven on the way, the same is left out.
+            let mut rest = [u64::MAX; 8];
+            let filled = fill(true, &mut rest);
+            assert_eq!((filled.outside, filled.eighths), (proven, !proven));
+            for brick in ones(eighths::bricks_with(filled.eighths).into()) {
+                let nodes = eighths::nodes(eighths::of_brick(filled.eighths, brick));
+                assert_eq!(rest[brick], above[brick] & nodes);
+            }
             for brick in 0..8 {
                 let own = eighths::of_brick(proven, brick);
                 assert_eq!(above[brick] & eighths::nodes(own), 0, "brick {brick} of {octet:?} at step {step}");

@@ -4,10 +4,10 @@
 //! octet   candidates gathered once from the cells, in the octet's frame
 //! brick   candidates refined by the distance to the brick's box
 //! plane   16 nodes (4 along x, 4 along y) in one vector; four planes are summed side by side, so that a particle's x and
-//!         y distances are computed once, or, of wide bricks, one by one with candidates of their own
-//! pair    two of a brick's eighths, 2×2×2 nodes each, in one vector, with candidates of their own: fields whose sums fill all
-//!         registers save more by leaving out eighths than by sharing distances; where a register has eight lanes, one eighth
-//!         at a time, so that its sums stay in registers
+//!         y distances are computed once
+//! pair    or two of a brick's eighths, 2×2×2 nodes each, in one vector, with candidates of their own: of wide bricks, and of fields
+//!         whose sums fill all registers, more is saved by leaving out particles and eighths than by sharing distances; where such
+//!         fields find eight lanes in a register, one eighth at a time, so that its sums stay in registers
 //! ```
 //!
 //! Every node adds its particles in canonical order; one beyond the support adds exactly zero, so what is refined away
@@ -15,7 +15,11 @@
 //! section 5, with the vector's lanes as further dimensions.
 
 use super::{
-    Scratch, Values, brick_box, brick_origin, corner, eighths, node_offset, octet_box, plane_box, points::distance,
+    Scratch, Values, brick_box, brick_origin, corner,
+    eighths::{self, Eight},
+    node_offset, octet_box,
+    points::distance,
+    prove,
 };
 use crate::{
     field::{Field, Row},
@@ -34,16 +38,28 @@ pub(crate) struct FillOctet<'a> {
     /// Distance of neighbouring nodes in support units.
     pub(crate) step: f64,
     pub(crate) octet: Coord,
-    /// The [`eighths`] to fill; of a field that sums planes, all of a brick's or none.
+    /// The [`eighths`] to fill.
     pub(crate) eighths: u64,
+    /// Whether whole bricks are filled where one of their eighths is; a field that sums planes has no choice.
+    pub(crate) whole: bool,
+    /// Whether what is [proven](super::prove) to be outside is left out, by a field that proves.
+    pub(crate) proves: bool,
     pub(crate) scratch: &'a mut Scratch,
-    /// One for each brick with something to fill; nodes of other eighths keep theirs.
-    pub(crate) values: &'a mut [Values],
+    /// For those that are filled, one behind the other, brick by brick.
+    pub(crate) values: &'a mut [Eight; 64],
     pub(crate) thresholds: &'a [f32],
     /// What the sets of a coarse lattice need besides; `None` for a fine one.
     pub(crate) sampling: Option<Sampling>,
-    /// For each of those bricks, the nodes above each threshold; nodes of other eighths keep theirs.
+    /// For each brick, the nodes of filled eighths above each threshold.
     pub(crate) above: &'a mut [u64],
+}
+
+/// Eighths of an octet that were filled, and those that need not be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Filled {
+    pub(crate) eighths: u64,
+    /// Proven to be outside, some that were not asked for among them.
+    pub(crate) outside: u64,
 }
 
 /// How samples on a coarse lattice are judged. The first threshold tells what may be inside, the last what surely is, of those that are
@@ -61,19 +77,39 @@ pub(crate) struct Fill<'a, F> {
 }
 
 impl<F: Field> Kernel for Fill<'_, F> {
-    type Output = ();
+    type Output = Filled;
 
     #[inline(always)]
-    fn run<S: Simd>(self, s: S) {
+    fn run<S: Simd>(self, s: S) -> Filled {
         let Self { field, octet } = self;
-        let FillOctet { cells, columns, step, thresholds, sampling, .. } = octet;
-        let Scratch { octet: near, brick: nearer, plane: in_plane } = octet.scratch;
+        let FillOctet { cells, columns, step, thresholds, sampling, values, above, .. } = octet;
+        let Scratch { octet: near, brick: nearer, pair: in_pair } = octet.scratch;
         near.gather(s, cells, columns, F::REACH, corner(octet.octet, step), octet_box(step));
-        let sets = octet.above.chunks_exact_mut(thresholds.len());
-        let bricks = eighths::bricks_with(octet.eighths);
-        for ((brick, values), above) in ones(bricks.into()).zip(octet.values).zip(sets) {
-            let wanted = eighths::of_brick(octet.eighths, brick);
+        let proves = F::PROVES && octet.proves;
+        let mut done = Filled::default();
+        if proves && prove::is_octet_outside(s, field, near, step) {
+            done.outside = u64::MAX;
+            return done;
+        }
+        let mut count = 0;
+        for brick in ones(eighths::bricks_with(octet.eighths).into()) {
+            let mut wanted = eighths::of_brick(octet.eighths, brick);
             nearer.refine(s, near, F::COLUMNS, F::REACH, brick_box(brick, step));
+            if proves {
+                let outside = prove::brick_outside(s, field, nearer, brick, wanted, step);
+                done.outside |= eighths::in_octet(outside, brick);
+                wanted &= !outside;
+                if wanted == 0 {
+                    continue;
+                }
+            }
+            if octet.whole || !fills_eighths::<F>(step) {
+                wanted = u8::MAX;
+            }
+            done.eighths |= eighths::in_octet(wanted, brick);
+            let values = &mut values[count..][..wanted.count_ones() as usize];
+            count += values.len();
+            let above = &mut above[thresholds.len() * brick..][..thresholds.len()];
             let is_sparse = |part| sampling.is_some_and(|sampling| nearer.len() < sampling.crowd / part);
             if F::PROVES && is_sparse(if F::WEIGHS { 8 } else { 1 }) {
                 // Where no sample is trusted, or next to none, and none tells outside, none need be taken.
@@ -81,35 +117,55 @@ impl<F: Field> Kernel for Fill<'_, F> {
                 above[0] = u64::MAX;
                 continue;
             }
-            let first = brick_origin(brick);
             let mut dense = 0;
-            // A particle near a brick misses some of its planes, the more the wider the brick is. Compressing once more for
-            // each plane is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums
-            // that it saves; of fields that sum much, always.
-            if F::PLANES == 1 {
-                fill_eighths(s, field, nearer, in_plane, brick, wanted, step, values);
-            } else if step >= 0.2 {
-                for plane in 0..4 {
-                    in_plane.refine(s, nearer, F::COLUMNS, F::REACH, plane_box(brick, plane, step));
-                    dense |= fill_plane(s, field, in_plane, first, plane, step, values);
+            if fills_eighths::<F>(step) || sampling.is_some() {
+                dense = fill_eighths(s, field, nearer, in_pair, brick, wanted, step, values);
+                for (above, &threshold) in above.iter_mut().zip(thresholds) {
+                    *above = eighths_above(s, wanted, values, threshold);
                 }
             } else {
-                dense = fill_planes(s, field, nearer, first, step, values);
-            }
-            let filled = eighths::nodes(wanted);
-            for (above, &threshold) in above.iter_mut().zip(thresholds) {
-                let mut set = 0;
-                for k in 0..4 {
-                    set |= u64::from(s.gt(s.load(&values[LANES * k..]), s.splat(threshold))) << (LANES * k);
+                let mut by_plane = [0.0; 64];
+                fill_planes(s, field, nearer, brick_origin(brick), step, &mut by_plane);
+                eighths::split(&by_plane, values);
+                for (above, &threshold) in above.iter_mut().zip(thresholds) {
+                    *above = 0;
+                    for k in 0..4 {
+                        *above |= u64::from(s.gt(s.load(&by_plane[LANES * k..]), s.splat(threshold))) << (LANES * k);
+                    }
                 }
-                *above = *above & !filled | set & filled;
             }
             if sampling.is_some() {
                 let trusted = if F::WEIGHS { dense } else { u64::from(!is_sparse(1)).wrapping_neg() };
                 above[thresholds.len() - 1] &= trusted;
             }
         }
+        done
     }
+}
+
+/// Whether eighths are filled, else whole bricks: those of fields that sum much, and of any where the lattice is wide.
+///
+/// A particle near a brick misses some of it, the more the wider the brick is. Compressing candidates once more for each pair of eighths
+/// is cheaper than a branch for each particle, and from a fifth of a support radius on than the sums that it saves.
+#[inline(always)]
+pub(super) fn fills_eighths<F: Field>(step: f64) -> bool {
+    F::PLANES == 1 || step >= 0.2
+}
+
+/// The nodes of some eighths of a brick above a threshold.
+#[inline(always)]
+fn eighths_above<S: Simd>(s: S, eighths: u8, values: &[Eight], threshold: f32) -> u64 {
+    let mut set = 0;
+    let mut eighths = ones(eighths.into());
+    for pair in values.chunks(2) {
+        let mut lanes = [f32::NEG_INFINITY; LANES];
+        lanes[..8 * pair.len()].copy_from_slice(pair.as_flattened());
+        let above = s.gt(s.load(&lanes), s.splat(threshold));
+        for (half, eighth) in (0..pair.len()).zip(&mut eighths) {
+            set |= eighths::deposit((above >> (LANES / 2 * half)) as u8, eighth);
+        }
+    }
+    set
 }
 
 /// Coordinates of a plane's nodes along x and y, of the brick whose first node is `first`.
@@ -123,16 +179,9 @@ fn in_plane<S: Simd>(s: S, first: [i32; 3], step: f64) -> [S::F; 2] {
     [s.load(&x), s.load(&y)]
 }
 
-/// Values of the brick whose first node is `first`, four planes side by side. Gives the nodes that are [dense](Field::is_dense).
+/// Values of the brick whose first node is `first`, four planes side by side.
 #[inline(always)]
-fn fill_planes<S: Simd, F: Field>(
-    s: S,
-    field: &F,
-    near: &Candidates,
-    first: [i32; 3],
-    step: f64,
-    values: &mut Values,
-) -> u64 {
+fn fill_planes<S: Simd, F: Field>(s: S, field: &F, near: &Candidates, first: [i32; 3], step: f64, values: &mut Values) {
     let [x, y] = in_plane(s, first, step);
     let [px, py, pz] = near.axes();
     let columns = near.columns(F::COLUMNS);
@@ -150,32 +199,12 @@ fn fill_planes<S: Simd, F: Field>(
             field.add(s, &mut sums[k], [dx, dy, s.splat(dz)], s.add(in_plane, s.splat(dz * dz)), row);
         }
     }
-    let mut dense = 0;
     for k in 0..4 {
         s.store(field.value(s, sums[k]), &mut values[LANES * k..]);
-        dense |= u64::from(field.is_dense(s, &sums[k])) << (LANES * k);
     }
-    dense
 }
 
-/// [`fill_planes`] of one plane.
-#[inline(always)]
-fn fill_plane<S: Simd, F: Field>(
-    s: S,
-    field: &F,
-    near: &Candidates,
-    first: [i32; 3],
-    plane: usize,
-    step: f64,
-    values: &mut Values,
-) -> u64 {
-    let [x, y] = in_plane(s, first, step);
-    let sums = sum_all(s, field, near, [x, y, s.splat(node_offset(first[2] + plane as i32, step))]);
-    s.store(field.value(s, sums), &mut values[LANES * plane..]);
-    u64::from(field.is_dense(s, &sums)) << (LANES * plane)
-}
-
-/// Values of some eighths of a brick, one or two at a time.
+/// Values of some eighths of a brick, one or two at a time, one behind the other. Gives the nodes that are [dense](Field::is_dense).
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "the inner loop of one caller")]
 fn fill_eighths<S: Simd, F: Field>(
@@ -186,15 +215,16 @@ fn fill_eighths<S: Simd, F: Field>(
     brick: usize,
     wanted: u8,
     step: f64,
-    values: &mut Values,
-) {
-    let mut left = wanted;
+    values: &mut [Eight],
+) -> u64 {
+    let alone = S::IS_WIDE && F::PLANES == 1;
+    let (mut left, mut dense) = (wanted, 0);
     while left != 0 {
         let first = left.trailing_zeros() as usize;
         left &= left - 1;
-        // Alone where eight lanes fill a register; an odd one is done twice. Two that touch have the most particles in common.
+        // An odd one is done twice. Two that touch have the most particles in common.
         let mut second = first;
-        if !S::IS_WIDE && left != 0 {
+        if !alone && left != 0 {
             second = ones(left.into()).min_by_key(|other| (other ^ first).count_ones()).unwrap_or(first);
             left &= !(1 << second);
         }
@@ -215,21 +245,19 @@ fn fill_eighths<S: Simd, F: Field>(
         in_pair.refine(s, near, F::COLUMNS, F::REACH, place);
         let at = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
         let sums = sum_all(s, field, in_pair, at);
+        let is_dense = field.is_dense(s, &sums);
         let mut found = [0.0; LANES];
-        if S::IS_WIDE {
+        if alone {
             s.store_eight(field.value(s, sums), &mut found);
-            found.copy_within(..LANES / 2, LANES / 2);
         } else {
             s.store(field.value(s, sums), &mut found);
+            values[eighths::rank(wanted, second)].copy_from_slice(&found[LANES / 2..]);
+            dense |= eighths::deposit((is_dense >> (LANES / 2)) as u8, second);
         }
-        for (half, eighth) in [(0, first), (LANES / 2, second)] {
-            let corner = eighths::OF[eighth].trailing_zeros() as usize;
-            for row in 0..4 {
-                let at = corner + 4 * (row & 1) + 16 * (row >> 1);
-                values[at..at + 2].copy_from_slice(&found[half + 2 * row..half + 2 * row + 2]);
-            }
-        }
+        values[eighths::rank(wanted, first)].copy_from_slice(&found[..LANES / 2]);
+        dense |= eighths::deposit(is_dense as u8, first);
     }
+    dense
 }
 
 /// The sums of all candidates at 16 points.

@@ -11,7 +11,12 @@
 use std::sync::Arc;
 
 use super::{
-    any::AnyField, brick_origin, eighths::bricks_with, points::OctetVertices, prove::ProveOctet, simd::FillOctet,
+    any::AnyField,
+    brick_origin,
+    eighths::bricks_with,
+    points::OctetVertices,
+    prove::ProveOctet,
+    simd::{FillOctet, Filled},
 };
 use crate::{
     Attribute,
@@ -117,8 +122,8 @@ impl AnyField for Walled {
         self.field.proves()
     }
 
-    fn fills_eighths(&self) -> bool {
-        self.field.fills_eighths()
+    fn fills_eighths(&self, step: f64) -> bool {
+        self.field.fills_eighths(step)
     }
 
     /// What is outside stays so, with walls or without.
@@ -126,25 +131,26 @@ impl AnyField for Walled {
         self.field.prove(unit, octet)
     }
 
-    fn fill(&self, unit: Unit, octet: FillOctet<'_>) {
-        let FillOctet { cells, columns, step, octet: at, eighths, scratch, values, thresholds, sampling, above } =
-            octet;
-        let sets = &mut *above;
-        self.field.fill(
-            unit,
-            FillOctet { cells, columns, step, octet: at, eighths, scratch, values, thresholds, sampling, above: sets },
-        );
+    fn fill(&self, unit: Unit, octet: FillOctet<'_>) -> Filled {
+        let FillOctet { step, octet: at, thresholds, sampling, .. } = octet;
+        let above = &mut *octet.above;
+        let filled = self.field.fill(unit, FillOctet { above, ..octet });
+        let above = octet.above;
         // The fine lattice's own spacing, so that its nodes are judged alike here and where they are written.
         let spacing = if sampling.is_some() { step * self.support } else { self.lattice.spacing };
         let lattice = WallLattice { spacing, ..self.lattice.clone() };
         let margin = if sampling.is_some() { 1.001 * DIAGONAL * spacing } else { 0.0 };
         let first = at.map(|o| o * OCTET);
         match lattice.side_of_cube(first, OCTET, margin) {
-            Side::Open => return,
-            Side::Wall => return above.fill(0),
+            Side::Open => return filled,
+            Side::Wall => {
+                above.fill(0);
+                return filled;
+            }
             Side::Both => {}
         }
-        for (brick, above) in ones(bricks_with(eighths).into()).zip(above.chunks_exact_mut(thresholds.len())) {
+        for brick in ones(bricks_with(filled.eighths).into()) {
+            let above = &mut above[thresholds.len() * brick..][..thresholds.len()];
             let offset = brick_origin(brick);
             let first = [0, 1, 2].map(|a| first[a] + offset[a]);
             match lattice.side_of_cube(first, BRICK, margin) {
@@ -163,6 +169,7 @@ impl AnyField for Walled {
                 }
             }
         }
+        filled
     }
 
     fn normals(&self, unit: Unit, of: OctetVertices<'_>, columns: &[&[f32]], to: &mut [[f32; 3]]) {

@@ -6,18 +6,9 @@
 //!
 //! Source: Linux, madvise(2), `MADV_HUGEPAGE`.
 
-use bytemuck::{Zeroable, zeroed_vec};
-
 /// `len` elements, all equal. Zeros come from the system, untouched until they are used.
 pub(crate) fn filled<T: Clone>(value: T, len: usize) -> Vec<T> {
     let mut new = vec![value; len];
-    advise(&mut new);
-    new
-}
-
-/// `len` zeros of a type whose `vec![zero; len]` would write them, as it does for arrays of more than 16 elements.
-pub(crate) fn zeros<T: Zeroable>(len: usize) -> Vec<T> {
-    let mut new = zeroed_vec(len);
     advise(&mut new);
     new
 }
@@ -58,7 +49,6 @@ mod tests {
             new.fill([1.5; 3]);
             assert!(new.iter().all(|&v| v == [1.5; 3]));
         }
-        assert_eq!(zeros::<[f32; 64]>(20_000), vec![[0.0; 64]; 20_000]);
         assert_eq!(filled(7u8, 9 << 20), vec![7; 9 << 20]);
     }
 }

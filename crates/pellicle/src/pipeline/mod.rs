@@ -296,7 +296,7 @@ impl<'a> Sampled<'a> {
         for octet in &fine.octets {
             for brick in ones(octet.filled.into()) {
                 let first = brick_origin(brick);
-                work(std::array::from_fn(|a| octet.at[a] * OCTET + first[a]), fine.values(octet, brick));
+                work(std::array::from_fn(|a| octet.at[a] * OCTET + first[a]), &fine.values(octet, brick).all());
             }
         }
     }

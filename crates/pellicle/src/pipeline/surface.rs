@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::{Reconstructor, chosen, surface_boxes::SurfaceBoxes};
 use crate::{
     Attribute, Band, Control, Error, Mesh, Params, Stage, Stats, VertexAttribute,
-    bricks::store::{Source, Store},
-    fill::{Scratch, Values, any::AnyField, points::OctetVertices, walled::WallLattice},
+    bricks::store::{Round, Source, Store},
+    fill::{Scratch, any::AnyField, points::OctetVertices, walled::WallLattice},
     lattice::Lattice,
     lookup::cells::Cells,
     march::cubes::{
@@ -70,7 +70,7 @@ impl Surface<'_> {
             particles: self.from.cells.len() as u64,
             surface_particles: self.from.surface.boxes.len() as u64,
             surface_nodes: self.from.band.marks.nodes(),
-            bricks_filled: self.from.band.fine.filled_bricks() as u64,
+            bricks_filled: self.from.band.fine.len() as u64,
             blocks: if self.from.band.has_values { 1 } else { self.chunk_count() as u64 },
             bricks_crossed: self.from.counted.crossed_bricks() as u64,
             vertices: self.vertex_count() as u64,
@@ -160,13 +160,13 @@ impl Surface<'_> {
     /// Bytes that the counted surface holds.
     fn held(&self) -> u64 {
         let Reconstructor { cells, columns, band, .. } = self.from;
-        let values = if band.has_values { band.fine.len() * size_of::<Values>() } else { 0 };
+        let values = if band.has_values { band.fine.value_bytes() } else { 0 };
         let per_particle = Cells::BYTES_PER_PARTICLE + (columns.len() * size_of::<f32>()) as u64;
         let particles = cells.len() as u64 * per_particle;
         let surface =
             if self.params.band == Band::Paper { cells.len() as u64 * SurfaceBoxes::BYTES_PER_PARTICLE } else { 0 };
         let lattice = Store::<1>::bytes(band.fine.octet_count(), band.fine.len()) + band.marks.bytes();
-        particles + surface + lattice + values as u64
+        particles + surface + lattice + values
     }
 
     fn chunk_count(&self) -> usize {
@@ -212,7 +212,9 @@ impl Surface<'_> {
         }
         let (unit, field, control) = (self.unit, &*self.field, self.control);
         let source = Source { unit, field, cells, columns: &chosen::slices(columns), control };
-        values.fill(&source, self.lattice.step(), &[self.field.iso()], None, true, &mut Vec::new());
+        let (step, thresholds) = (self.lattice.step(), &[self.field.iso()]);
+        let round = Round { step, thresholds, sampling: None, proves: false, keep_values: true };
+        values.fill(&source, round, &mut Vec::new());
         self.vertices_from(&values, chunk, to);
     }
 

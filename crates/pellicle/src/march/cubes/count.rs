@@ -115,12 +115,11 @@ impl Counted {
             *sum += octet.filled.count_ones();
             Some(*sum)
         }));
-        grow(&mut self.crossings, store.filled_bricks(), Crossings::default());
+        grow(&mut self.crossings, store.len(), Crossings::default());
         grow(&mut self.triangles, n.next_multiple_of(GROUP), 0);
         let (first, groups) = (&self.first, n.div_ceil(GROUP));
         let start = |group: usize| first[(group * GROUP).min(n)] as usize;
-        let data =
-            (&mut self.crossings[..store.filled_bricks()], PerItem(&mut self.triangles[..groups * GROUP], GROUP));
+        let data = (&mut self.crossings[..store.len()], PerItem(&mut self.triangles[..groups * GROUP], GROUP));
         for_each_part(0..groups, data, &start, &|group, (crossings, triangles): (&mut [_], PerItem<'_, _>)| {
             let octets = &store.octets[group * GROUP..n.min((group + 1) * GROUP)];
             unit.run(CountOctets { store, marks, octets, crossings, triangles: triangles.0 });

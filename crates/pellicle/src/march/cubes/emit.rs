@@ -58,7 +58,7 @@ impl Kernel for Vertices<'_> {
             if crossings.edges == [0; 3] {
                 continue;
             }
-            let here = self.values.values(with_values, brick);
+            let here = self.values.values(with_values, brick).all();
             let first: [f64; 3] = std::array::from_fn(|a| {
                 f64::from(octet.at[a]) * f64::from(OCTET) + f64::from(brick_origin(brick)[a] - self.frame.origin[a])
             });
@@ -75,7 +75,7 @@ impl Kernel for Vertices<'_> {
                     let a = here[node];
                     // A crossed edge never leads to a brick without values.
                     let b =
-                        if local[axis] < 3 { here[node + stride] } else { next.map_or(a, |v| v[node - 3 * stride]) };
+                        if local[axis] < 3 { here[node + stride] } else { next.map_or(a, |v| v.at(node - 3 * stride)) };
                     let mut t = f64::from((self.iso - a) / (b - a));
                     if let Some(walls) = walls {
                         let node = [node_of(0, local[0]), node_of(1, local[1]), node_of(2, local[2])];

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     bricks::store::{Octet, Store},
-    fill::{Values, brick_origin},
+    fill::{brick_origin, eighths::Known},
     lattice::{Coord, OCTET},
     lookup::directory::Cursor,
     math::bits::ones,
@@ -53,21 +53,21 @@ impl<'a> Filled<'a> {
     }
 
     /// Values of a brick at offset `d` from another, if it is filled.
-    fn values_at(&self, brick: usize, d: [i32; 3]) -> Option<&'a Values> {
+    fn values_at(&self, brick: usize, d: [i32; 3]) -> Option<Known<'a>> {
         let (octet, index) = self.octet(self.neighbour(brick, d)?);
         Some(self.store.values(octet, index))
     }
 
     /// Values of corners; [`ABSENT`] in bricks that are not filled.
     fn corners(&self, brick: usize, low: i32, side: usize, to: &mut [f64]) {
-        let mut near: [Option<Option<&Values>>; 27] = [None; 27];
+        let mut near: [Option<Option<Known<'_>>>; 27] = [None; 27];
         for (n, to) in to.iter_mut().enumerate() {
             let at = [n % side, n / side % side, n / (side * side)].map(|v| v as i32 + low);
             let d = at.map(|v| v.div_euclid(4));
             let index = ((d[0] + 1) + 3 * ((d[1] + 1) + 3 * (d[2] + 1))) as usize;
             let values = *near[index].get_or_insert_with(|| self.values_at(brick, d));
             let [x, y, z] = at.map(|v| v.rem_euclid(4) as usize);
-            *to = values.map_or(ABSENT, |values| f64::from(values[x + 4 * (y + 4 * z)]) - self.iso);
+            *to = values.map_or(ABSENT, |values| f64::from(values.at(x + 4 * (y + 4 * z))) - self.iso);
         }
     }
 
