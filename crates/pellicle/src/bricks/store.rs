@@ -98,6 +98,8 @@ pub(crate) struct Round<'a, const SETS: usize> {
 
 /// Octets that one task fills.
 const GROUP: usize = 8;
+/// Groups a thread that are filled before it is noted what they got.
+const GROUPS: usize = 128;
 
 /// What a group of octets got in one round.
 #[derive(Default)]
@@ -188,7 +190,7 @@ impl<const SETS: usize> Store<SETS> {
         for id in std::mem::take(&mut self.queue) {
             let bricks = eighths::bricks_with(self.octets[id as usize].wanted);
             let mut fresh = ones(bricks.into()).map(|_| FreshBrick { sets: [0; SETS], place: Place::default() });
-            self.take(id, Filled { eighths: eighths::of_bricks(bricks), outside: 0 }, &mut fresh);
+            self.take(id, Filled { eighths: eighths::of_bricks(bricks), outside: 0 }, &mut fresh, false);
         }
     }
 
@@ -204,7 +206,8 @@ impl<const SETS: usize> Store<SETS> {
 
     /// Bytes of the values of all eighths that are known, and wanted, if those are filled.
     pub(crate) fn value_bytes(&self) -> u64 {
-        ((self.known + self.waiting_eighths()) * size_of::<Eight>()) as u64
+        let eighths = (self.known + self.waiting_eighths()) * size_of::<Eight>();
+        (eighths + (self.len() + self.waiting_bricks()) * size_of::<Place>()) as u64
     }
 
     fn waiting_eighths(&self) -> usize {
@@ -261,30 +264,31 @@ impl<const SETS: usize> Store<SETS> {
     /// Fills all wanted eighths, but with `proves` those that are proven to be outside, by a field that proves, and tells the
     /// octets that have new ones, each with those. For every threshold a set of the nodes above is kept; values only when `keep_values`.
     pub(crate) fn fill(&mut self, source: &Source<'_>, round: Round<'_, SETS>, done: &mut Vec<(u32, u64)>) {
-        let groups = self.queue.len().div_ceil(GROUP);
         let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths()));
-        let mut fresh = std::mem::take(&mut self.fresh);
-        fresh.resize_with(groups.max(fresh.len()), Fresh::default);
-        self.queue
-            .par_chunks(GROUP)
-            .zip(&mut fresh)
-            .for_each(|(queue, fresh)| self.fill_group(source, &round, queue, fresh, adding.as_ref()));
-        if let Some(adding) = adding {
-            self.values.end(adding);
+        if !round.proves {
+            self.reserve(self.waiting_bricks(), round.keep_values);
         }
-        let new = fresh[..groups].iter().map(|fresh| fresh.bricks.len()).sum();
-        reserve(&mut self.sets, new);
-        reserve(&mut self.places, new);
+        let (queue, mut fresh) = (std::mem::take(&mut self.queue), std::mem::take(&mut self.fresh));
         done.clear();
-        let queue = std::mem::take(&mut self.queue);
-        for (queue, fresh) in queue.chunks(GROUP).zip(&fresh) {
-            let mut bricks = fresh.bricks.iter().copied();
-            for (&id, &filled) in queue.iter().zip(&fresh.octets) {
-                self.take(id, filled, &mut bricks);
-                if filled.eighths != 0 {
-                    done.push((id, filled.eighths));
+        // So many at a time that what they got takes no more memory for a larger scene.
+        for queue in queue.chunks(GROUP * GROUPS * rayon::current_num_threads()) {
+            let groups = queue.len().div_ceil(GROUP);
+            fresh.resize_with(groups.max(fresh.len()), Fresh::default);
+            let tasks = queue.par_chunks(GROUP).zip(&mut fresh);
+            tasks.for_each(|(queue, fresh)| self.fill_group(source, &round, queue, fresh, adding.as_ref()));
+            self.reserve(fresh[..groups].iter().map(|fresh| fresh.bricks.len()).sum(), round.keep_values);
+            for (queue, fresh) in queue.chunks(GROUP).zip(&fresh) {
+                let mut bricks = fresh.bricks.iter().copied();
+                for (&id, &filled) in queue.iter().zip(&fresh.octets) {
+                    self.take(id, filled, &mut bricks, round.keep_values);
+                    if filled.eighths != 0 {
+                        done.push((id, filled.eighths));
+                    }
                 }
             }
+        }
+        if let Some(adding) = adding {
+            self.values.end(adding);
         }
         (self.queue, self.fresh) = (queue, fresh);
         self.queue.clear();
@@ -380,8 +384,16 @@ impl<const SETS: usize> Store<SETS> {
         std::array::from_fn(|k| before[k] & !new | above[k] & new)
     }
 
+    /// Makes room for the slots of so many bricks.
+    fn reserve(&mut self, bricks: usize, keep_values: bool) {
+        reserve(&mut self.sets, bricks);
+        if keep_values {
+            reserve(&mut self.places, bricks);
+        }
+    }
+
     /// Notes what an octet got, and gives its bricks their slots.
-    fn take(&mut self, id: u32, filled: Filled, fresh: &mut impl Iterator<Item = FreshBrick<SETS>>) {
+    fn take(&mut self, id: u32, filled: Filled, fresh: &mut impl Iterator<Item = FreshBrick<SETS>>, keep_values: bool) {
         let octet = &mut self.octets[id as usize];
         octet.wanted = 0;
         octet.inside &= !filled.outside;
@@ -393,10 +405,15 @@ impl<const SETS: usize> Store<SETS> {
             if octet.slots[brick] == NONE {
                 octet.slots[brick] = self.sets.len() as u32;
                 self.sets.push(sets);
-                self.places.push(place);
+                if keep_values {
+                    self.places.push(place);
+                }
             } else {
                 let slot = octet.slots[brick] as usize;
-                (self.sets[slot], self.places[slot]) = (sets, place);
+                self.sets[slot] = sets;
+                if keep_values {
+                    self.places[slot] = place;
+                }
             }
         }
     }
