@@ -437,3 +437,63 @@ pub(crate) fn grow<T: Clone>(v: &mut Vec<T>, len: usize, zero: T) {
         v.resize(room, zero);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{field::solenthaler::Solenthaler, lattice::Lattice};
+
+    /// In whatever pieces a brick is filled, its values and signs are those of the whole.
+    #[test]
+    fn eighths_filled_in_several_rounds_are_those_filled_at_once() {
+        let jitter = |i: i32| f64::from(i.wrapping_mul(1_103_515_245).wrapping_add(12_345) >> 8 & 0xffff) / 65536.0;
+        let positions: Vec<[f64; 3]> = (0..216)
+            .map(|i| [i % 6, i / 6 % 6, i / 36].map(|v| 0.25 * f64::from(v) + 0.1 * jitter(3 * i + v) - 0.6))
+            .collect();
+        let mut cells = Cells::default();
+        cells.build((&positions).into(), Lattice { spacing: 0.125, support: 1.0 }).unwrap();
+        let unit = Unit::new(crate::Lanes::Auto).expect("every machine has one");
+        let field =
+            Solenthaler::<false> { iso: 0.0, radius: 0.25, t_low: 0.4, t_high: 3.5, particles_per_support: 4.0 };
+        let source = Source { unit, field: &field, cells: &cells, columns: &[], control: &Control::default() };
+        let round = |proves, keep_values| Round {
+            step: 0.125,
+            thresholds: &[0.0],
+            sampling: None,
+            proves,
+            keep_values,
+        };
+        let octets = (0..64).map(|i| [i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2]);
+        let (mut whole, mut pieces, mut proven, mut done) =
+            (Store::<1>::default(), Store::<1>::default(), Store::<1>::default(), Vec::new());
+        for at in octets.clone() {
+            whole.want(at, u64::MAX, |_| 0);
+            proven.want(at, u64::MAX, |_| u64::MAX);
+        }
+        whole.fill(&source, round(false, true), &mut done);
+        proven.fill(&source, round(true, false), &mut done);
+        for part in [0x8421_1248_1842_2481, 0x0f0f_0000_0f0f_ff00, u64::MAX] {
+            for at in octets.clone() {
+                pieces.want(at, part, |_| 0xf0f0_f0f0_f0f0_f0f0);
+            }
+            pieces.fill(&source, round(false, true), &mut done);
+        }
+        assert_eq!(pieces.value_bytes(), whole.value_bytes());
+        let (mut cursor, mut inside, mut left_out) = (Cursor::default(), 0, 0);
+        for octet in &whole.octets {
+            let other = pieces.find(&mut cursor, octet.at).unwrap();
+            let one = proven.find(&mut cursor, octet.at).unwrap();
+            assert_eq!((octet.known, other.known), (u64::MAX, u64::MAX));
+            // What was not filled is outside, whatever it was taken for.
+            assert_eq!(one.inside & !one.known, 0);
+            left_out += one.known.count_zeros();
+            for brick in 0..8 {
+                assert_eq!(whole.set(octet, brick, 0), pieces.set(other, brick, 0));
+                assert_eq!(whole.values(octet, brick).all(), pieces.values(other, brick).all());
+                assert_eq!(whole.set(octet, brick, 0), Some(proven.set(one, brick, 0).unwrap_or(0)));
+                inside += whole.set(octet, brick, 0).unwrap().count_ones();
+            }
+        }
+        assert!(inside > 500 && left_out > 1000, "{inside} {left_out}");
+    }
+}
