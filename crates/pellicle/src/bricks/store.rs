@@ -456,13 +456,8 @@ mod tests {
         let field =
             Solenthaler::<false> { iso: 0.0, radius: 0.25, t_low: 0.4, t_high: 3.5, particles_per_support: 4.0 };
         let source = Source { unit, field: &field, cells: &cells, columns: &[], control: &Control::default() };
-        let round = |proves, keep_values| Round {
-            step: 0.125,
-            thresholds: &[0.0],
-            sampling: None,
-            proves,
-            keep_values,
-        };
+        let round =
+            |proves, keep_values| Round { step: 0.125, thresholds: &[0.0], sampling: None, proves, keep_values };
         let octets = (0..64).map(|i| [i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2]);
         let (mut whole, mut pieces, mut proven, mut done) =
             (Store::<1>::default(), Store::<1>::default(), Store::<1>::default(), Vec::new());
