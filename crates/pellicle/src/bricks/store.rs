@@ -264,7 +264,7 @@ impl<const SETS: usize> Store<SETS> {
     /// Fills all wanted eighths, but with `proves` those that are proven to be outside, by a field that proves, and tells the
     /// octets that have new ones, each with those. For every threshold a set of the nodes above is kept; values only when `keep_values`.
     pub(crate) fn fill(&mut self, source: &Source<'_>, round: Round<'_, SETS>, done: &mut Vec<(u32, u64)>) {
-        let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths()));
+        let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths(), !round.proves));
         if !round.proves {
             self.reserve(self.waiting_bricks(), round.keep_values);
         }

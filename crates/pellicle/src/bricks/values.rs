@@ -9,8 +9,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::{fill::eighths::Eight, math::memory::filled};
 
-/// Chunks a thread fills in a round that fills all that it asks for: what the last of them leaves unused is a share of that.
-const CHUNKS: usize = 16;
+/// Chunks that a thread fills where all that is asked for is filled: what the last of them leaves unused is a share of that, but large
+/// ones are cheaper to come by.
+const CHUNKS: usize = 4;
+/// As many where nobody knows how much of it will be.
+const CHUNKS_OF_SOME: usize = 16;
 /// Eighths of the smallest chunk.
 const LEAST: usize = 512;
 
@@ -42,6 +45,8 @@ struct State {
     open: Vec<Chunk>,
     full: Vec<Chunk>,
     next: u32,
+    /// The most eighths that tasks to come may add.
+    left: usize,
 }
 
 /// Memory of one task.
@@ -63,11 +68,12 @@ impl Values {
         &self.chunks[place.chunk as usize][place.first as usize..][..count]
     }
 
-    /// Begins a round of at most so many eighths.
-    pub(crate) fn begin(&mut self, most: usize) -> Round {
-        let size = most.div_ceil(CHUNKS * rayon::current_num_threads()).max(LEAST);
-        let state =
-            State { spare: std::mem::take(&mut self.spare), next: self.chunks.len() as u32, ..State::default() };
+    /// Begins a round of so many eighths, or at most so many.
+    pub(crate) fn begin(&mut self, most: usize, all: bool) -> Round {
+        let chunks = if all { CHUNKS } else { CHUNKS_OF_SOME };
+        let size = most.div_ceil(chunks * rayon::current_num_threads()).max(LEAST);
+        let spare = std::mem::take(&mut self.spare);
+        let state = State { spare, next: self.chunks.len() as u32, left: most, ..State::default() };
         Round { size, state: Mutex::new(state) }
     }
 
@@ -85,6 +91,8 @@ impl Round {
     /// A chunk with room for so many eighths.
     pub(crate) fn open(&self, most: usize) -> Chunk {
         let mut state = self.lock();
+        let size = self.size.min(state.left).max(most);
+        state.left = state.left.saturating_sub(most);
         while let Some(chunk) = state.open.pop() {
             if chunk.values.len() - chunk.used >= most {
                 return chunk;
@@ -95,7 +103,7 @@ impl Round {
         state.next += 1;
         let spare = state.spare.pop_if(|spare| spare.len() >= most);
         drop(state);
-        Chunk { number, used: 0, values: spare.unwrap_or_else(|| filled([0.0; 8], self.size.max(most))) }
+        Chunk { number, used: 0, values: spare.unwrap_or_else(|| filled([0.0; 8], size)) }
     }
 
     /// Gives it back.
@@ -134,7 +142,7 @@ mod tests {
             values.clear();
             let mut places = Vec::new();
             for (round, tasks) in [900, 0, 1, 40].into_iter().enumerate() {
-                let adding = values.begin(10 * tasks);
+                let adding = values.begin(10 * tasks, round % 2 == 0);
                 let add = |task: usize| {
                     let mut chunk = adding.open(10);
                     let own: Vec<Eight> = (0..task % 11).map(|i| value(round, task, i)).collect();

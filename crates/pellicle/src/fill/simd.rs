@@ -24,7 +24,10 @@ use super::{
 use crate::{
     field::{Field, Row},
     lattice::Coord,
-    lookup::{cells::Cells, gather::Candidates},
+    lookup::{
+        cells::Cells,
+        gather::{Box3, Candidates},
+    },
     math::{
         bits::ones,
         simd::{Kernel, LANES, Simd},
@@ -218,6 +221,15 @@ fn fill_eighths<S: Simd, F: Field>(
     values: &mut [Eight],
 ) -> u64 {
     let alone = S::IS_WIDE && F::PLANES == 1;
+    /// The lanes of nodes above along each axis, and of the second eighth.
+    const UPPER: [u16; 3] = [0xaaaa, 0xcccc, 0xf0f0];
+    const SECOND: u16 = 0xff00;
+    // The nodes of the eighths below and above along each axis.
+    let (below, above) = (eighths::place(brick, 0, step), eighths::place(brick, 7, step));
+    let mut ends = [[[0.0; 2]; 2]; 3];
+    for a in 0..3 {
+        ends[a] = [[below.low[a], below.high[a]], [above.low[a], above.high[a]]];
+    }
     let (mut left, mut dense) = (wanted, 0);
     while left != 0 {
         let first = left.trailing_zeros() as usize;
@@ -228,22 +240,17 @@ fn fill_eighths<S: Simd, F: Field>(
             second = ones(left.into()).min_by_key(|other| (other ^ first).count_ones()).unwrap_or(first);
             left &= !(1 << second);
         }
-        let mut place = eighths::place(brick, first, step);
-        let other = eighths::place(brick, second, step);
-        let mut lanes = [[0.0; LANES]; 3];
+        let mut place = Box3 { low: [0.0; 3], high: [0.0; 3] };
+        let mut at = [s.splat(0.0); 3];
         for a in 0..3 {
-            for lane in 0..LANES {
-                let origin = if lane < LANES / 2 { place.low[a] } else { other.low[a] };
-                let end = if lane < LANES / 2 { place.high[a] } else { other.high[a] };
-                lanes[a][lane] = if lane >> a & 1 == 0 { origin } else { end };
-            }
-        }
-        for a in 0..3 {
-            place.low[a] = place.low[a].min(other.low[a]);
-            place.high[a] = place.high[a].max(other.high[a]);
+            let [low, high] = ends[a][first >> a & 1];
+            let [other_low, other_high] = ends[a][second >> a & 1];
+            (place.low[a], place.high[a]) = (low.min(other_low), high.max(other_high));
+            let one = s.select(UPPER[a], s.splat(high), s.splat(low));
+            let other = s.select(UPPER[a], s.splat(other_high), s.splat(other_low));
+            at[a] = s.select(SECOND, other, one);
         }
         in_pair.refine(s, near, F::COLUMNS, F::REACH, place);
-        let at = [s.load(&lanes[0]), s.load(&lanes[1]), s.load(&lanes[2])];
         let sums = sum_all(s, field, in_pair, at);
         let is_dense = field.is_dense(s, &sums);
         let mut found = [0.0; LANES];
