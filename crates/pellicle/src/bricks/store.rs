@@ -78,7 +78,7 @@ pub(crate) struct Store<const SETS: usize> {
     values: Values,
     /// Eighths that were filled.
     known: usize,
-    /// Whether whole bricks are filled, as some fields do anyway: also for those who need all values.
+    /// Whether whole bricks are filled, for those who need all values, and for fields that fill nothing less.
     pub(crate) whole: bool,
     queue: Vec<u32>,
     /// What each group of the queue got.
@@ -264,6 +264,7 @@ impl<const SETS: usize> Store<SETS> {
     /// Fills all wanted eighths, but with `proves` those that are proven to be outside, by a field that proves, and tells the
     /// octets that have new ones, each with those. For every threshold a set of the nodes above is kept; values only when `keep_values`.
     pub(crate) fn fill(&mut self, source: &Source<'_>, round: Round<'_, SETS>, done: &mut Vec<(u32, u64)>) {
+        self.whole |= !source.field.fills_eighths(round.step);
         let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths(), !round.proves));
         if !round.proves {
             self.reserve(self.waiting_bricks(), round.keep_values);
@@ -306,15 +307,11 @@ impl<const SETS: usize> Store<SETS> {
         fresh.octets.clear();
         fresh.bricks.clear();
         // The eighths that its bricks may have then, those from before included.
-        let most = || {
-            let octets = queue.iter().map(|&id| &self.octets[id as usize]);
-            octets
-                .map(|octet| {
-                    self.filled_for(octet.wanted | octet.known & eighths::of_bricks(eighths::bricks_with(octet.wanted)))
-                })
-                .sum()
+        let most = |octet: &Octet| {
+            let before = octet.known & eighths::of_bricks(eighths::bricks_with(octet.wanted));
+            self.filled_for(octet.wanted | before)
         };
-        let mut chunk = adding.map(|adding| adding.open(most()));
+        let mut chunk = adding.map(|adding| adding.open(queue.iter().map(|&id| most(&self.octets[id as usize])).sum()));
         for &id in queue {
             if source.control.check().is_err() {
                 fresh.octets.push(Filled::default());

@@ -66,7 +66,7 @@ pub(crate) struct Bounds {
 pub(crate) trait Field: Send + Sync {
     /// Numbers that a particle brings besides its position, at most [`MAX_COLUMNS`].
     const COLUMNS: usize;
-    /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1, and bricks are filled by eighths.
+    /// Planes of 16 nodes to sum side by side: 4 where that leaves the sums in registers, else 1, and bricks are always filled by eighths.
     const PLANES: usize;
     /// The column with the square of how far each particle reaches, in support units, a little rounded up; `None` where all
     /// reach one support radius.
