@@ -23,6 +23,7 @@ use std::{f64::consts::PI, ops::RangeInclusive};
 use rayon::prelude::*;
 
 use super::{
+    budget::Budget,
     close::find_disagreeing,
     halves::{self, SIDES, Sampler},
     marks::{Marks, Nodes},
@@ -78,15 +79,6 @@ pub(crate) enum Grain {
 
 /// Octets that one task looks through.
 const GROUP: usize = 32;
-
-/// Bytes that may be used.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Budget {
-    /// In all.
-    pub(crate) bytes: u64,
-    /// Of them, those that are taken already: by the particles, later by the coarse lattice, too.
-    pub(crate) taken: u64,
-}
 
 impl Band {
     /// Finds and fills all that matters. `step` is the node distance in support units; `sampler` has the field that is sampled
@@ -257,28 +249,6 @@ impl Band {
         let mut cursor = Cursor::default();
         for &(at, eighths) in found[..groups].iter().flatten() {
             self.fine.want(at, eighths, |octet| inside_eighths(coarse, &mut cursor, octet, multiple));
-        }
-    }
-}
-
-impl Budget {
-    /// Whether the values of all bricks filled and waiting fit; an error when not even their signs do.
-    fn check<const SETS: usize>(self, store: &Store<SETS>) -> Result<bool, Error> {
-        let bricks = store.len() + store.waiting_bricks();
-        let signs = Store::<SETS>::bytes(store.octet_count(), bricks);
-        self.fits(signs)?;
-        // A quarter more for the bricks that closing adds.
-        let values = store.value_bytes();
-        Ok(self.taken + signs + values + values / 4 <= self.bytes)
-    }
-
-    /// An error unless so many bytes fit beside what is taken.
-    pub(crate) fn fits(self, lattice: u64) -> Result<(), Error> {
-        let needed = self.taken.saturating_add(lattice);
-        if needed <= self.bytes {
-            Ok(())
-        } else {
-            Err(Error::Memory { what: "the lattice near the surface", needed, available: self.bytes })
         }
     }
 }

@@ -19,7 +19,8 @@
 use rayon::prelude::*;
 
 use super::{
-    band::{Budget, neighbour},
+    band::neighbour,
+    budget::Budget,
     store::{Octet, Store},
 };
 use crate::{

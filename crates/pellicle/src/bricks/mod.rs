@@ -4,6 +4,7 @@
 pub(crate) mod band;
 pub(crate) mod blocks;
 pub(crate) mod boxes;
+pub(crate) mod budget;
 mod close;
 mod halves;
 pub(crate) mod levels;

@@ -26,7 +26,8 @@ use surface_boxes::SurfaceBoxes;
 use crate::{
     Attribute, Band, Carry, Control, Error, Mesh, Params, Positions, Stage, Walls,
     bricks::{
-        band::{self, Budget, Grain, Look},
+        band::{self, Grain, Look},
+        budget::Budget,
         store::Source,
     },
     fill::{
