@@ -264,6 +264,7 @@ impl<const SETS: usize> Store<SETS> {
     /// Fills all wanted eighths, but with `proves` those that are proven to be outside, by a field that proves, and tells the
     /// octets that have new ones, each with those. For every threshold a set of the nodes above is kept; values only when `keep_values`.
     pub(crate) fn fill(&mut self, source: &Source<'_>, round: Round<'_, SETS>, done: &mut Vec<(u32, u64)>) {
+        // Not every caller says so, and places for values depend on it.
         self.whole |= !source.field.fills_eighths(round.step);
         let adding = round.keep_values.then(|| self.values.begin(self.waiting_eighths(), !round.proves));
         if !round.proves {
@@ -456,14 +457,18 @@ mod tests {
         let round =
             |proves, keep_values| Round { step: 0.125, thresholds: &[0.0], sampling: None, proves, keep_values };
         let octets = (0..64).map(|i| [i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2]);
-        let (mut whole, mut pieces, mut proven, mut done) =
-            (Store::<1>::default(), Store::<1>::default(), Store::<1>::default(), Vec::new());
+        let [mut whole, mut pieces, mut proven, mut dropped] = std::array::from_fn(|_| Store::<1>::default());
+        let mut done = Vec::new();
         for at in octets.clone() {
             whole.want(at, u64::MAX, |_| 0);
             proven.want(at, u64::MAX, |_| u64::MAX);
+            dropped.want(at, u64::MAX, |_| u64::MAX);
         }
         whole.fill(&source, round(false, true), &mut done);
         proven.fill(&source, round(true, false), &mut done);
+        // As where memory is short.
+        dropped.drop_proven(&source, 0.125);
+        dropped.fill(&source, round(false, false), &mut done);
         for part in [0x8421_1248_1842_2481, 0x0f0f_0000_0f0f_ff00, u64::MAX] {
             for at in octets.clone() {
                 pieces.want(at, part, |_| 0xf0f0_f0f0_f0f0_f0f0);
@@ -476,12 +481,15 @@ mod tests {
             let other = pieces.find(&mut cursor, octet.at).unwrap();
             let one = proven.find(&mut cursor, octet.at).unwrap();
             assert_eq!((octet.known, other.known), (u64::MAX, u64::MAX));
+            let same = dropped.find(&mut cursor, octet.at).unwrap();
+            assert_eq!((one.known, one.inside & !one.known), (same.known, same.inside & !same.known));
             // What was not filled is outside, whatever it was taken for.
             assert_eq!(one.inside & !one.known, 0);
             left_out += one.known.count_zeros();
             for brick in 0..8 {
                 assert_eq!(whole.set(octet, brick, 0), pieces.set(other, brick, 0));
                 assert_eq!(whole.values(octet, brick).all(), pieces.values(other, brick).all());
+                assert_eq!(proven.set(one, brick, 0), dropped.set(same, brick, 0));
                 assert_eq!(whole.set(octet, brick, 0), Some(proven.set(one, brick, 0).unwrap_or(0)));
                 inside += whole.set(octet, brick, 0).unwrap().count_ones();
             }

@@ -43,7 +43,7 @@ pub(crate) struct FillOctet<'a> {
     pub(crate) octet: Coord,
     /// The [`eighths`] to fill.
     pub(crate) eighths: u64,
-    /// Whether whole bricks are filled where one of their eighths is; a field that sums planes has no choice.
+    /// Whether whole bricks are filled where one of their eighths is; a field that fills nothing less has no choice.
     pub(crate) whole: bool,
     /// Whether what is [proven](super::prove) to be outside is left out, by a field that proves.
     pub(crate) proves: bool,
